@@ -18,7 +18,7 @@ from skimage import data
 from skimage.transform import ProjectiveTransform, warp
 
 import intarsia as ia
-from intarsia.foundation.run import Probe
+from intarsia.published.multrus2003.figures import maps
 from intarsia.tasks.drawings import pictures_of, segment_overlay
 from intarsia.tasks.scoring import Outcome
 
@@ -179,12 +179,9 @@ def isometries() -> np.ndarray:
 
 
 def distances() -> np.ndarray:
-    """Show an exemplar, and how well each of its patches fitted at one place of the output; dark is near."""
-    probe = Probe(80, 120)
-    ia.synthesize("sample:planks", 200, ia.PatchSampling(patch=25, overlap=5), run=ia.Run(1, probe=probe))
-    found = probe.maps[0] if probe.maps else np.zeros((1, 1))
-    gray = np.rint(255 * (found - found.min()) / max(float(np.ptp(found)), 1e-9)).astype(np.uint8)
-    return beside(sample("planks"), gray)
+    """Show an exemplar, and how well each of its patches fits at one place of the output; dark is near."""
+    _, far = maps(ia.Exemplar.of(sample("planks")), (0,))
+    return beside(sample("planks", 150), far.picture.pixels)
 
 
 # Graph cuts

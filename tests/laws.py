@@ -16,14 +16,18 @@ from intarsia.model import Exemplar, Exemplars
 from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering.render import render
+from intarsia.request import Request, from_recipe
 from intarsia.synthesis import Synthesis, synthesize
-from intarsia.tasks import replayed as made_again
+from intarsia.tasks import made_of, plan_of, scene_of
+from intarsia.tasks.repair import repair
 from intarsia.testing import Case, MethodContract, as_depth, looked_up, same_map, texture
 
 
 def replayed(recipe: str, exemplars: Exemplars) -> Synthesis:
-    """Run a recipe (JSON, without a start map) again on its exemplars."""
-    return made_again(json.loads(recipe), exemplars)
+    """Run a recipe (JSON), which needs no input besides its exemplars, again on them."""
+    request = from_recipe(json.loads(recipe), Request("replay", magnify=exemplars[0].times), "its recipe")
+    made = made_of(request, plan_of(request, scene_of(request, exemplars)), request.seeds[0], Run())
+    return repair(made, request.repair) if request.repair else made
 
 
 class PackageLaws(MethodContract):

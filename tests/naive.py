@@ -17,7 +17,7 @@ from intarsia.foundation.geometry import ISOMETRIES, Wrap, spread
 from intarsia.foundation.run import below, draw
 from intarsia.kernels.cuts import PLAIN, min_cut, seam_costs
 from intarsia.model import Exemplar
-from intarsia.model.sourcemap import HOLE, SourceMap
+from intarsia.model.sourcemap import SourceMap
 
 OLD, FREE, NEW = 0, 1, 2
 
@@ -184,25 +184,6 @@ def shares(smap: SourceMap, exemplars: Sequence[Exemplar]) -> float:
     which = np.zeros((smap.height, smap.width), int) if smap.which is None else smap.which
     shown = {(int(n), int(y), int(x)) for n, (y, x) in zip(which.ravel(), smap.yx.reshape(-1, 2), strict=True)}
     return len(shown) / sum(e.height * e.width for e in exemplars)
-
-
-def least_return(smap: SourceMap) -> float:
-    """Return how near, in output px, any exemplar pixel is shown a second time (infinite: never)."""
-    which = np.zeros((smap.height, smap.width), int) if smap.which is None else smap.which
-    places: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
-    for y in range(smap.height):
-        for x in range(smap.width):
-            if which[y, x] != HOLE:
-                places.setdefault((int(which[y, x]), *smap.yx[y, x].tolist()), []).append((y, x))
-    least = np.inf
-    for at in places.values():
-        for k, (y, x) in enumerate(at):
-            for b, a in at[:k]:
-                dy, dx = abs(y - b), abs(x - a)
-                dy = min(dy, smap.height - dy) if smap.wrap.y else dy
-                dx = min(dx, smap.width - dx) if smap.wrap.x else dx
-                least = min(least, float(np.hypot(dy, dx)))
-    return float(least)
 
 
 def joins(smap: SourceMap, axis: int) -> NDArray[np.bool_]:

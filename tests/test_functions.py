@@ -78,7 +78,7 @@ def test_functions_that_agree_here_and_there_make_their_own_maps(name: str, one:
     assert told[0]["sha256"] != told[1]["sha256"]
     assert [m.recipe for m in made] == [m.recipe for m in apart]
     told = json.loads(made[0].recipe_text)
-    assert told | {"use": 0} == made[0].recipe | {"energy": made[0].energy, "use": 0}
+    assert told == made[0].recipe | {"energy": made[0].energy}
 
 
 def test_a_function_equals_itself_alone() -> None:
@@ -123,9 +123,9 @@ def test_a_store_goes_on_with_its_own_function_alone(tmp_path: Path) -> None:
     """Finished or not; the same one changes nothing, whoever draws."""
     needs("zarr")
 
-    def stream(path: Path, f: Any, executor: Any = None) -> dict[str, bytes]:
+    def stream(path: Path, f: Any) -> dict[str, bytes]:
         woven = ia.weave(exemplar(), ia.ParallelControllable(**FREE, jitter_output=f), 3)
-        woven.to_zarr(path, (70, 90), origin=(3, -8), executor=executor, chunk=32)
+        woven.to_zarr(path, (70, 90), origin=(3, -8), chunk=32)
         return files_below(path)
 
     first = stream(tmp_path / "o", even)
@@ -133,15 +133,6 @@ def test_a_store_goes_on_with_its_own_function_alone(tmp_path: Path) -> None:
         stream(tmp_path / "o", odd)
     assert "\n" not in str(caught.value)
     assert stream(tmp_path / "o", even) == first == files_below(tmp_path / "o")
-    assert stream(tmp_path / "o", even, "processes") == first == stream(tmp_path / "p", even, "processes")
-
-
-def test_a_function_that_no_process_could_find_is_refused_before_work(tmp_path: Path) -> None:
-    woven = ia.weave(exemplar(), ia.ParallelControllable(**FREE, jitter_output=lambda y, x: 0.5), 3)
-    with pytest.raises(ia.ParameterError, match=r"^the function jitter_output cannot be sent to other proc") as caught:
-        woven.to_tiff(tmp_path / "o.tif", 60, executor="processes")
-    assert "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_store_far_from_the_origin_is_told_apart(tmp_path: Path) -> None:

@@ -109,19 +109,22 @@ class TestGraphcutInAllPoses(PackageLaws):
     examples = 8
 
 
-class TestNearRegular(WholePeriods):
-    """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
+class TestNearRegular(PackageLaws):
+    """Blocks of 9 x 6 px, which close around no canvas."""
 
-    period = 12, 18
     method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
 
+    def cases(self) -> SearchStrategy[Case]:
+        return super().cases().map(lambda case: replace(case, wrap=ia.Wrap.NONE))
 
-class TestGapFilling(WholePeriods):
-    """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
+    def test_the_wrapped_border_is_no_worse_than_the_inside(self) -> None:
+        with pytest.raises(ia.ParameterError, match="closes courses"):
+            ia.synthesize(texture(36, 32, 1, 0), (48, 54), self.method, wrap="both")
 
-    period = 12, 18
+
+class TestGapFilling(PackageLaws):
     method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
@@ -187,7 +190,7 @@ class TestWeiLevoy(PackageLaws):
 
 
 class TestAshikhmin(PackageLaws):
-    method = ia.Ashikhmin(window=(2, 7), jumps=3)
+    method = ia.Ashikhmin(window=(2, 7))
     examples = 4
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike
 from .foundation import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, lazy, size_of
 from .foundation.arrays import Array, Pair
 from .foundation.blend import Blend, Finish
-from .foundation.geometry import Box, Wrap, overlap_range, patch_starts
+from .foundation.geometry import Box, Wrap, overlap_range
 from .foundation.run import Run, check_seed, run_of
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .model import Exemplar
@@ -33,9 +32,9 @@ if TYPE_CHECKING:
 
     from .choosing import auto
     from .choosing.auto import Auto, Choice
-    from .judging import Score, notebook
-else:  # where no method is named, and where a notebook shows pictures
-    auto, notebook = lazy("intarsia.choosing.auto"), lazy("intarsia.judging.notebook")
+    from .judging import Score
+else:  # where no method is named
+    auto = lazy("intarsia.choosing.auto")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -123,18 +122,14 @@ class Synthesis:
 
     @cached_property
     def recipe_text(self) -> str:
-        """The recipe with the seam energy of its map and further energy terms of its method, as canonical JSON."""
-        costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
-        return json.dumps(self.recipe | costs, sort_keys=True, separators=(",", ":"))
+        """The recipe with the seam energy of its map, as canonical JSON."""
+        return json.dumps(self.recipe | {"energy": self.energy}, sort_keys=True, separators=(",", ":"))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.render().pixels, dtype=dtype)
 
     def _repr_png_(self) -> bytes:
         return self.render()._repr_png_()
-
-    def _repr_html_(self) -> str:
-        return notebook.html_of(self.render(), self.exemplars, self.map, self.method.slug)
 
 
 def synthesize(
@@ -232,35 +227,26 @@ class Plan:
     def joined(self) -> Blend:
         """The blend in force: the given one, else that of the method.
 
-        Of a magnified exemplar the latter has a feather of at least 1 px, as otherwise px of the map show as squares.
+        Of a magnified exemplar the latter has a feather of at least 1 px, as otherwise px of the map show as squares;
+        not where pieces are turned or scaled, which have none.
         """
         own = (self.choice or self.method).blend
-        return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
-
-    @property
-    def patches(self) -> int | None:
-        """The number of patches of the layout; None for methods without one, and on a canvas with a start map."""
-        return math.prod(len(patch_starts(*axis)[0]) for axis in self._axes) if self._axes else None
+        least = int(self.scene.exemplars[0].times > 1 and traits(self.method).exact)
+        return self.blend or replace(own, feather=max(own.feather, least))
 
     @property
     def overlaps(self) -> dict[str, list[int]]:
-        """Least and most overlap of neighbours in px along rows and columns; empty if they do not overlap."""
-        its = traits(self.method)
-        return (
-            {}
-            if its.pitch == its.footprint
-            else {k: [*overlap_range(*a)] for k, a in zip("yx", self._axes, strict=False)}
-        )
+        """Least and most overlap of neighbouring patches in px along rows and columns.
 
-    @property
-    def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
-        """Arguments of `patch_starts` for rows and columns; empty without patches, and with a start map."""
+        Empty for methods without patches that overlap, and on a canvas with a start map.
+        """
         canvas, its = self.scene.canvas, traits(self.method)
-        if its.pitch is None or its.footprint is None or canvas.start is not None:
-            return []
-        size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
-        along = zip(size, its.footprint, its.pitch, wraps, strict=True)
-        return [(side, px, px - step, closed, its.hangs) for side, px, step, closed in along]
+        if its.pitch is None or its.footprint is None or its.pitch == its.footprint or canvas.start is not None:
+            return {}
+        size, wraps, found = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x), dict[str, list[int]]()
+        for name, side, px, step, closed in zip("yx", size, its.footprint, its.pitch, wraps, strict=True):
+            found[name] = [*overlap_range(side, px, px - step, closed, its.hangs)]
+        return found
 
 
 def planned(

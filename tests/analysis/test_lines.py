@@ -26,8 +26,8 @@ def wall(height=160, width=176, beds=BEDS, lean=0.0, seed=1):
     return np.where(joint, 40, tone + rng.integers(0, 12, joint.shape)).astype(np.uint8)
 
 
-def lines_in(picture, usable=None, toroidal=False):
-    e = Exemplar.of(picture, usable=usable, toroidal=toroidal)
+def lines_in(picture, usable=None):
+    e = Exemplar.of(picture, usable=usable)
     return course_lines(features([e]), e)
 
 
@@ -91,13 +91,6 @@ def test_masked_pixels_have_no_lines():
     found = lines_in(wall(), usable)
     assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 20
     assert lines_in(wall(), np.arange(160 * 176).reshape(160, 176) < 60 * 176) is None
-
-
-def test_on_a_torus_lines_end_as_they_begin():
-    found = lines_in(np.roll(wall(), (-21, 40), (0, 1)), toroidal=True)
-    want = np.sort((np.array(BEDS) - 21) % 160)
-    assert np.abs(found.at - want[:, None]).max() <= 3
-    assert np.abs(found.at[:, 0] - found.at[:, -1]).max() <= 1
 
 
 def test_without_courses_there_are_none():

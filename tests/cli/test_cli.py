@@ -81,8 +81,7 @@ calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicat
          ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
          ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
          ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
-         ["analyze"], ["analyze", "a.png", "--overlay", "nonsense=b.png"], ["analyze", "a.png", "--overlay", ""],
-         ["analyze", "a.png", "--overlay", "-", "--best-tile", "-"]]
+         ["analyze"], ["analyze", "a.png", "--crop", "nonsense"]]
 for call in calls:
     assert CliRunner().invoke(cli, call).exit_code in (0, 2), call
 os.environ.update(_INTARSIA_COMPLETE="bash_complete", COMP_WORDS="intarsia grow --me", COMP_CWORD="2")
@@ -144,11 +143,10 @@ class TestGrow:
 
     def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
         made = told(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
-                      "--st-map", "st.exr", "--even-tone", 0)  # fmt: skip
-        assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
+                      "--even-tone", 0)  # fmt: skip
+        assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz"]
         assert pixels(Path("out_height.exr")).dtype == np.float16
-        st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
-        assert np.array_equal(st[:, :, :2], smap.st_map())
+        smap = ia.SourceMap.load("m.npz")
         exemplar = pixels(Path("h.exr"))
         assert np.array_equal(pixels(Path("out_height.exr")), exemplar[smap.yx[:, :, 0], smap.yx[:, :, 1]])
 
@@ -157,10 +155,9 @@ class TestGrow:
                       "--patch", "14x12", "--overlap", "3x4")  # fmt: skip
         assert made["size"] == [64, 50]
         assert made["parameters"]["patch"] == [14, 12]
-        assert (made["pitch"], made["footprint"]) == ([11, 8], [14, 12])
         assert (made["seed"], made["method"], made["wrap"]) == (0, "image-quilting", "none")
         assert made["warnings"] == []
-        assert {"read", "grow", "write", "total"} == set(made["timings"])
+        assert set(made["timings"]) == {"total"}
         assert made["exemplars"][0]["size"] == [48, 40]
 
     def test_masked_and_avoided_pixels_never_appear(self) -> None:
@@ -210,7 +207,7 @@ class TestGrow:
     def test_dry_run_writes_nothing(self) -> None:
         before = sorted(os.listdir())
         made = told(*GROW, "-o", "out.png", "--dry-run", "--overlap", 4)
-        assert (made["dry_run"], made["patches"]) == (True, 8 * 6)
+        assert made["dry_run"]
         assert made["memory_mib"] > 0
         assert "not written" in run("grow a.png -o out.png --dry-run").stderr
         assert sorted(os.listdir()) == before
@@ -284,7 +281,7 @@ class TestRender:
         smap = ia.SourceMap.load("m.npz")
         assert np.array_equal(pixels(Path("b2.png")), pixels(Path("b.png"))[smap.yx[:, :, 0], smap.yx[:, :, 1]])
         assert Path("b2_height.exr").exists()
-        run("render", "m.npz", "-e", "a.png", "-o", "{stem}_{w}.png", "--mixing", "variance", "--depth", "16")
+        run("render", "m.npz", "-e", "a.png", "-o", "{stem}_{w}.png", "--mixing", "source", "--depth", "16")
         assert pixels(Path("a_64.png")).dtype == np.uint16
 
     def test_maps_of_samples_need_no_exemplar(self) -> None:

@@ -72,7 +72,7 @@ OPTIONS = {  # of GROW
     2: """
     --frobnicate 3 | --patch 0 | --patch 0x5 | --patch many | --patch 1x2x3 | --overlap -1 | --tolerance nan
     --method image-quilting --patch 8 --overlap 8 | --tolerance -1 | --channel-weights 0,0,0 | --channel-weights a
-    --isometries 9 | --isometries most | --repeat-penalty -1 | --min-repeat-distance -1 | --search slowly | --seam none
+    --isometries 9 | --isometries most | --repeat-penalty -1 | --search slowly | --seam none
     --size 0x0 | --size 1e9 | --size 1000000000 | --size 99999999999999999999 | --size 10x | --size -5
     --seed -1 | --seed abc | --seed 18446744073709551616 | --seed 1 --seeds 1..2 | --seeds 1..2 | --seeds 9..1
     --seeds 1..999999 | --seeds x | --wrap diagonal | --feather -1 | --feather 9999 | --mixing well | --threads 0
@@ -81,7 +81,7 @@ OPTIONS = {  # of GROW
     --map =n.png | --map a/b=a.png | --depth 12 | --progress loud | --set --several | --sheet sheet.jpg | --patch 700
     --crop 40,0,20,20 | --crop -1,0,20,20 | --scale 1/64 | --method repeat --wrap both | --save-map m.txt
     --method repeat --mask mask.png --mask mask.png | --map normal=a.png --map normal=a.png | --map albedo=a.png
-    --save-map out.png | --st-map st.png | --sheet a.png | --sheet out.png
+    --save-map out.png | --sheet a.png | --sheet out.png
     """,
     3: """
     --mask missing.png | --mask other_mask.png | --mask black.png | --map normal=missing.png | --map normal=normal.png
@@ -89,10 +89,10 @@ OPTIONS = {  # of GROW
     """,
 }
 COMMANDS = {
-    1: "grow a.png -o far.png -q --patch 12 --size 400 --min-repeat-distance 1000",
+    1: "grow a.png -o far.png -q --method near-regular",
     2: """
     frobnicate | --frobnicate | grow | render | replay | methods magic | warm-up now
-    grow a.png -o - --json | grow - -o out.png --mask - | grow a.png deep.png -o out.png --st-map st.exr
+    grow a.png -o - --json | grow - -o out.png --mask -
     grow wide.png -o out.png --toroidal --scale 1/2 | grow a.png -o a.png | grow a.png -o folder | grow a.png -o out
     grow a.png -o out.gif | grow a.png -o out.bmp --depth 16 | grow a.png -o old.bmp
     grow a.png -o {stem}_{colour}.png | grow a.png a.png --several -o {stem}_big.png

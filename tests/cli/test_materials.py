@@ -62,16 +62,6 @@ class TestSets:
         files.write("in/deep/wall.exr", planes)
         told("grow", "in/deep/", *GROW[2:])
         assert tree("out") == ["wall_albedo.exr", "wall_height.exr"]
-        told("grow", "in/deep/", "-o", "whole/", *GROW[4:], "--layers")
-        assert tree("whole") == ["wall.exr"]
-        assert set(files.read("whole/wall.exr").planes) == {"albedo", "height"}
-
-    def test_planes_never_share_a_file(self) -> None:
-        from intarsia.cli.outputs import check_apart
-
-        with pytest.raises(ParameterError, match=r"a\.png would be written twice"):
-            check_apart({"albedo": "a.png", "height": "a.png"})
-        check_apart({"albedo": "-", "height": "-"})
 
 
 class TestFound:

@@ -19,6 +19,7 @@ from corpus import picture, pillow, tiff
 from files.exrs import save_exr
 from PIL import Image, ImageCms, ImageOps
 
+import intarsia as ia
 from intarsia.files import (
     check_depth,
     check_writable,
@@ -144,15 +145,24 @@ def test_profiles_travel(tmp_path: Path) -> None:
 
 
 def test_netpbm_values() -> None:
-    assert read_plane(b"P2 3 1 9 0 3 9").pixels.tolist() == [[0, 85, 255]]
-    assert read_plane(b"P5 3 1 1000 \0\0\1\xf4\3\xe8").pixels.tolist() == [[0, 32768, 65535]]
-    assert read_plane(b"P1 3 1 101").pixels.tolist() == [[0, 255, 0]]
-    assert read_plane(b"P4 9 1 \x80\x80").pixels.tolist() == [[0] + [255] * 7 + [0]]
+    assert read_plane(b"P5 3 1 65535 \0\0\1\xf4\3\xe8").pixels.tolist() == [[0, 500, 1000]]
     assert read_plane(b"P5 2 1 255 ##").pixels.tolist() == [[35, 35]]
-    assert read_plane(b"P5 2 1 255 #c\n\1\2").pixels.tolist() == [[1, 2]]
+    assert read_plane(b"P6#a\n1 #b\n1\n255\n\1\2\3").pixels.tolist() == [[[1, 2, 3]]]
     rows = np.array([[1, 2], [3, 4]], "<f4")
     assert read_plane(b"Pf 2 2 -1.0\n" + rows[::-1].tobytes()).pixels.tolist() == rows.tolist()
-    assert read_plane(b"Pf 2 2 2.5\n" + rows[::-1].astype(">f4").tobytes()).pixels.tolist() == rows.tolist()
+    assert read_plane(b"Pf 2 2 1\n" + rows[::-1].astype(">f4").tobytes()).pixels.tolist() == rows.tolist()
+    large = np.arange(2000 * 1500, dtype="<f4").reshape(2000, 1500)
+    assert (read_plane(b"Pf 1500 2000 -1\n" + large[::-1].tobytes()).pixels == large).all()
+
+
+@pytest.mark.parametrize("data", [
+    b"P2 3 1 255 0 3 9", b"P5 3 1 1000 \0\0\1\xf4\3\xe8", b"P1 3 1 101", b"P4 9 1 \x80\x80", b"P5 1 1 1 \1",
+    b"P5 2 1 255\r\n\1\2", b"P5 2 1 255#c\n\1\2", b"Pf 1 1 2.5\n" + bytes(4),
+])  # fmt: skip
+def test_netpbm_that_would_be_read_wrongly_is_refused(data: bytes) -> None:
+    """Rather than read with other values than it has."""
+    with pytest.raises(InputError, match=r"is a netpbm picture that is not read: .*; save it as PNG"):
+        read_plane(data)
 
 
 def test_one_bit_palettes_and_inks_become_full_pixels() -> None:
@@ -433,6 +443,12 @@ def test_samples(name: str) -> None:
 def test_previews(plane: Plane) -> None:
     with Image.open(io.BytesIO(plane._repr_png_())) as image:
         assert image.size == (plane.width, plane.height)
+
+
+def test_a_notebook_shows_a_synthesis_as_its_picture() -> None:
+    made = ia.synthesize(picture(), 40, ia.ImageQuilting(patch=8))
+    with Image.open(io.BytesIO(made._repr_png_())) as image:
+        assert np.array_equal(np.asarray(image), made.render().pixels)
 
 
 def test_importing_files_is_cheap() -> None:

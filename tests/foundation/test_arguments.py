@@ -62,7 +62,7 @@ GIVEN: dict[str, tuple[Callable[..., object], dict[str, Any], str]] = {
     "tile": (ia.tile, {"image": SMALL, "method": SIDE}, "axes band size sources seed run"),
     "warm": (lambda methods="repeat", **v: ia.warm(methods, **v), {}, "methods run"),
     "weave": (ia.weave, {"exemplar": SMALL, "method": ia.Repeat()}, "seed blend"),
-    "Weave.to_tiff": (lambda **v: weave().to_tiff(**v), {"path": "o.tif", "shape": 32}, "origin tile executor run"),
+    "Weave.to_tiff": (lambda **v: weave().to_tiff(**v), {"path": "o.tif", "shape": 32}, "origin tile dask run"),
     "advect": (ia.advect, {"made": made, "flow": FLOW}, "frame coarsest method run"),
     "repair": (ia.repair, {"made": made}, "passes run"),
     "report": (ia.report, {"made": made}, "name"),
@@ -98,7 +98,6 @@ CALLS: dict[str, Callable[[Any], object]] = {
 } | {
     "Weave slice": lambda v: weave()[v],
     "Weave.plane": lambda v: weave().plane(v),
-    "Weave.to_tiles path": lambda v: weave().to_tiles(v, 32),
     "analyze": ia.analyze,
     "Analysis.overlay": lambda v: ia.analyze(SMALL).overlay(v),
     "flattened": ia.flattened,
@@ -115,7 +114,7 @@ LEFT_OUT = {
     f"{name} {argument}"
     for name, arguments in {
         "synthesize": "size start guide blend run", "extend": "margins blend run", "heal": "grow run",
-        "tile": "band size run", "weave": "blend", "warm": "run", "Weave.to_tiff": "executor run",
+        "tile": "band size run", "weave": "blend", "warm": "run", "Weave.to_tiff": "tile dask run",
         "advect": "frame method run", "repair": "run", "read": "mask", "write": "depth recipe",
         "Synthesis.render": "plane feather finish box run", "Canvas": "start guide rim", "Exemplar": "usable",
         "Exemplar.of": "usable toroidal name", "Run": "threads step cancel", "SourceMap": "which",
@@ -128,7 +127,7 @@ LEFT_OUT = {
 NUMBERS = "float", "price", "field", "levels"
 TAKEN: dict[str, set[str]] = {
     **{name: {"text"} for name in ("Exemplar name", "Exemplar.of name", "write recipe", "SourceMap.save")},
-    **{name: {"text"} for name in ("report name", "Weave.to_tiff path", "Weave.to_tiles path")},
+    **{name: {"text"} for name in ("report name", "Weave.to_tiff path")},
     **{name: {"truth"} for name in ("Exemplar toroidal", "Exemplar.of toroidal")},
     **{name: {"None"} for name in ("score map", "score wrap")},
     **{name: {"vast"} for name in ("Margins", "Canvas rim")},
@@ -201,7 +200,7 @@ def test_what_is_no_size_is_refused(size: Any) -> None:
     with pytest.raises(ia.ParameterError, match=r"^size=.* is not allowed; give \(height, width\) in whole") as caught:
         ia.synthesize(SMALL, size, SIDE)
     assert "\n" not in str(caught.value)
-    with pytest.raises(ia.ParameterError, match=r"^shape=.* is no size"):
+    with pytest.raises(ia.ParameterError, match=r"^shape=.* is not allowed"):
         ia.weave(SMALL, ia.Repeat()).to_tiff("o.tif", size)
 
 

@@ -17,7 +17,7 @@ from giant.giants import files_below, small
 import intarsia as ia
 from intarsia.foundation.run import below, draw
 
-SIZE, FORMATS = (150, 170), ("zarr", "tiff", "tiles")
+SIZE, FORMATS = (150, 170), ("zarr", "tiff")
 
 
 def woven(path: Path, how: str) -> None:
@@ -26,8 +26,8 @@ def woven(path: Path, how: str) -> None:
 
     zarrays.SIDE = exports.SIDE = 32
     exports.AREA = 32 * 64
-    side = {"chunk" if how == "zarr" else "tile": 16 if how != "tiles" else 32}
-    getattr(small(), f"to_{how}")(path, SIZE, origin=(-30, 2**31 - 80), force=how != "zarr", run=ia.Run(1), **side)
+    more: dict = {"chunk": 16} if how == "zarr" else {"tile": 16, "force": True}
+    getattr(small(), f"to_{how}")(path, SIZE, origin=(-30, 2**31 - 80), run=ia.Run(1), **more)
 
 
 def forked(path: Path, how: str) -> int:

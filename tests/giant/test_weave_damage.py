@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,10 @@ import intarsia as ia
 from intarsia.foundation import InputError, IntarsiaError, ParameterError
 from intarsia.giant import exports, zarrays
 from intarsia.giant.picture import Results
-from intarsia.giant.stream import STORES, stream
+from intarsia.giant.stream import stream
 from intarsia.testing import texture
+
+STORES = {"zarr": zarrays.ZarrStore, "tiff": exports.TiffStore}
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +32,7 @@ def cut(monkeypatch: pytest.MonkeyPatch) -> None:
 def drawn(path: Path, force: bool = False, seed: int = 5, how: str = "zarr", stop: int | None = None) -> int:
     """Weave, or as many cells as a stop leaves time for, and return how many were drawn."""
     woven = ia.weave(texture(80, 77, 3, 1), SMALL, seed)
-    store, counted = STORES[how][0].of(woven, path, (170, 150), (3, -8), 32, force), list[int]()
+    store, counted = STORES[how].of(woven, path, (170, 150), (3, -8), 32, force), list[int]()
     fill = store.fill
 
     def some(results: Results) -> Results:
@@ -65,23 +66,19 @@ def test_damaged_pieces_are_found_and_made_again(tmp_path: Path) -> None:
 
 
 def test_another_recipe_is_refused_not_mixed(tmp_path: Path) -> None:
-    """Finished or not, it is named in what it differs; with force it gives way as a whole."""
+    """Finished or not, with force, too: it is named in what it differs, and stays as it is."""
     for name, stop in (("done", None), ("some", 3)):
         path = tmp_path / name
         drawn(path, stop=stop)
         before = files_below(path)
-        with pytest.raises(ParameterError, match=rf"{name} holds another recipe \(seed\); name another place, or repl"):
-            drawn(path, seed=6)
+        for force in (False, True):
+            with pytest.raises(ParameterError, match=rf"{name} holds another recipe \(seed\); name another place, or "):
+                drawn(path, force, seed=6)
         woven = ia.weave(texture(80, 77, 3, 1), SMALL, 5)
         with pytest.raises(ParameterError, match=r"holds another recipe \(chunk\)"):
             woven.to_zarr(path, (170, 150), origin=(3, -8), chunk=64)
         assert files_below(path) == before
-        assert drawn(path, force=True, seed=6) == 9
-        assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == []
-        drawn(path, force=True)
-        assert drawn(path) == 0
-        if stop is None:
-            assert files_below(path) == before
+        assert drawn(path) == (0 if stop is None else 6)
 
 
 def test_where_no_recipe_is_left_nothing_is_advised_that_destroys(tmp_path: Path) -> None:
@@ -114,50 +111,15 @@ def test_what_is_not_made_again_is_on_the_disk(
     assert moved < 3 or how == "tiff", "the recipe comes first"
 
 
-OTHERS = ("src/a.c", "diary.txt", "c/notes.txt", "c/0/x", "c/01/2", "c/1/2.bak", "image_files/1/0_0.png.bak", ".hidden",
-          "image_files/photo.png", "zarr.json.old", ".intarsia-draft", "photos/")  # fmt: skip
-
-
-@pytest.mark.parametrize("how", ["zarr", "tiles"])
-def test_force_removes_nothing_that_was_not_woven(how: str, tmp_path: Path) -> None:
-    """Whatever else is there, it is named, and everything stays as it was; without it, the store gives way."""
-    path = tmp_path / "o"
-    drawn(path, how=how)
-    (path / "link").symlink_to(tmp_path)
-    with pytest.raises(ParameterError, match="o holds link, which was not woven"):
-        drawn(path, force=True, seed=6, how=how)
-    (path / "link").unlink()
-    for name in OTHERS:
-        other = path / name
-        new = next(p for p in (*reversed(other.relative_to(path).parents[:-1]), Path(name)) if not (path / p).exists())
-        other.parent.mkdir(parents=True, exist_ok=True)
-        other.mkdir() if name.endswith("/") else other.write_text("years of work")
-        before = files_below(path)
-        with pytest.raises(ParameterError, match=r"o holds .*, which was not woven; move it elsewhere, or name"):
-            drawn(path, force=True, seed=6, how=how)
-        assert files_below(path) == before
-        assert other.exists()
-        shutil.rmtree(path / new) if (path / new).is_dir() else (path / new).unlink()
-    drawn(path, force=True, seed=6, how=how)
-    drawn(tmp_path / "other", seed=6, how=how)
-    assert files_below(path) == files_below(tmp_path / "other")
-
-
-@pytest.mark.parametrize(("name", "text", "how"), [
-    ("zarr.json", '{"zarr_format": 3, "attributes": {"of": "somebody"}}', "zarr"),
-    ("zarr.json", "[]", "zarr"),
-    ("image.dzi", "<Image/>", "tiles"),
-])  # fmt: skip
-def test_what_somebody_else_made_in_the_same_format_is_no_store(
-    name: str, text: str, how: str, tmp_path: Path
-) -> None:
-    """An array or a pyramid without our recipe stays, with force, too."""
+@pytest.mark.parametrize("text", ['{"zarr_format": 3, "attributes": {"of": "somebody"}}', "[]"])
+def test_what_somebody_else_made_in_the_same_format_is_no_store(text: str, tmp_path: Path) -> None:
+    """An array without our recipe stays, with force, too."""
     (tmp_path / "o").mkdir()
-    (tmp_path / "o" / name).write_text(text)
+    (tmp_path / "o" / "zarr.json").write_text(text)
     for force in (False, True):
         with pytest.raises(ParameterError, match="o exists, and is no texture that was woven; name another place"):
-            drawn(tmp_path / "o", force, how=how)
-    assert (tmp_path / "o" / name).read_text() == text
+            drawn(tmp_path / "o", force)
+    assert (tmp_path / "o" / "zarr.json").read_text() == text
 
 
 @pytest.mark.parametrize("what", ["fifo", "folder"])
@@ -182,20 +144,20 @@ def test_no_link_in_a_store_is_followed(where: str, tmp_path: Path) -> None:
     before = files_below(away) | {"": away.read_bytes()} if away.is_file() else files_below(away)
     for force in (False, True):
         with pytest.raises(ParameterError, match="elsewhere, or name another place"):
-            drawn(tmp_path / "o", force, seed=6 if force else 5)
+            drawn(tmp_path / "o", force)
     assert inside.is_symlink()
     assert before == (files_below(away) | {"": away.read_bytes()} if away.is_file() else files_below(away))
 
 
-@pytest.mark.parametrize("how", ["zarr", "tiles", "tiff"])
+@pytest.mark.parametrize("how", ["zarr", "tiff"])
 def test_a_link_to_a_place_is_woven_through(how: str, tmp_path: Path) -> None:
-    """What it leads to is made, and replaced with force; the link stays one."""
+    """What it leads to is made, and a file is replaced with force; the link stays one."""
     (tmp_path / "far").mkdir()
     link: Any = tmp_path / "o"
     link.symlink_to(tmp_path / "far" / "store")
     if how != "tiff":
         (tmp_path / "far" / "store").mkdir()
-    for seed, force in ((5, False), (6, True)):
+    for seed, force in ((5, False), (6, True))[: 1 if how == "zarr" else 2]:
         assert drawn(link, force, seed=seed, how=how)
         drawn(tmp_path / f"plain{seed}", seed=seed, how=how)
         assert link.is_symlink()
@@ -203,17 +165,14 @@ def test_a_link_to_a_place_is_woven_through(how: str, tmp_path: Path) -> None:
     assert os.listdir(tmp_path / "far") == ["store"]
 
 
-@pytest.mark.parametrize("how", ["zarr", "tiles", "tiff"])
+@pytest.mark.parametrize("how", ["zarr", "tiff"])
 def test_a_full_disk_is_told_in_one_line(how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And whether what is there is of use."""
-
     def full(*_: Any, **__: Any) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(
         "intarsia.disk.atomic.sync_file" if how == "tiff" else "intarsia.disk.atomic.write_new", full
     )
-    after = "goes on" if how == "zarr" else "begins anew"
-    with pytest.raises(IntarsiaError, match=f"no room for .*o; free some space, then the same command {after}"):
+    with pytest.raises(IntarsiaError, match=r"no room for .*o; free some space, or name another folder"):
         drawn(tmp_path / "o", how=how)
     assert not list(tmp_path.iterdir())

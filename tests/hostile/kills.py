@@ -2,10 +2,10 @@
 
     python tests/hostile/kills.py --count 1000 --seed 1
 
-Not part of the tests. Weaves (zarr, BigTIFF, tiles) are killed one to three times by KILL, TERM, INT or HUP, some of
+Not part of the tests. Weaves (zarr, BigTIFF) are killed one to three times by KILL, TERM, INT or HUP, some of
 them stopped and continued before; in four of ten cases pieces of an array are then cut, zeroed, turned over or
-removed; then the same command must end in the bytes of one that nobody disturbed. A TIFF or tiles that have their
-name are whole. `grow`, `extend` and `heal` are killed once: the output is whole or as it was before. After the next
+removed; then the same command must end in the bytes of one that nobody disturbed. A TIFF that has its name is
+whole. `grow`, `extend` and `heal` are killed once: the output is whole or as it was before. After the next
 start no file is left over. Every command runs in a forked child of a process that is warm, so that a kill costs a
 fraction of a second. The last line is the tally; each failure is told in one line, with the number of its case:
 ``--only NUMBER`` repeats the choices, not the moments.
@@ -27,7 +27,7 @@ from pathlib import Path
 from random import Random
 
 SIGNALS = (signal.SIGKILL,) * 4 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-STORES = {"zarr": "o.zarr", "tiff": "o.tif", "tiles": "o"}
+STORES = {"zarr": "o.zarr", "tiff": "o.tif"}
 WEAVE = ["-m", "repeat", "--size", "150x170", "--origin=-30,7", "--threads", "1", "-q"]
 ONCE = {
     "grow": ["grow", "a.png", "-m", "image-quilting", "--patch", "12", "--size", "60"],

@@ -10,7 +10,7 @@ from kernels.naive_cuts import exhaustive_cost, mask_cost, scipy_flow_cost, two_
 from numpy.typing import NDArray
 
 from intarsia.kernels.cuts import FLAT, GRADIENT_UNIT, PLAIN, SeamPrice, min_cut, seam_costs
-from intarsia.kernels.maxflow import cut_cost, grid_min_cut
+from intarsia.kernels.maxflow import grid_min_cut
 
 State = NDArray[np.uint8]
 Costs = tuple[NDArray[np.int32], NDArray[np.int32]]
@@ -49,9 +49,8 @@ def check(state: State, right: NDArray[np.int32], down: NDArray[np.int32], want:
     """Both solvers reach the wanted cost, their masks cost just that, and what is forced stays so."""
     for solve in (min_cut, grid_min_cut):
         out = np.full(state.shape, 7, np.uint8)
-        assert solve(state, right, down, out) == want
+        solve(state, right, down, out)
         assert mask_cost(out, right, down) == want
-        assert cut_cost(out, right, down) == want
         assert set(np.unique(out)) <= {0, 1}
         if (state == 0).any() and (state == 2).any():
             assert (out[state == 0] == 0).all()
@@ -110,7 +109,7 @@ def test_without_both_kinds_there_is_nothing_to_cut(forced: int, taken: int) -> 
     right, down = costs_for(rng, 5, 6, 9)
     for solve in (min_cut, grid_min_cut):
         out = np.full((5, 6), 7, np.uint8)
-        assert solve(state, right, down, out) == 0
+        solve(state, right, down, out)
         assert (out == taken).all()
 
 
@@ -119,7 +118,7 @@ def test_free_cuts_take_the_shortest_seam() -> None:
     state = overlap_state(9, 12, 12, "l")
     state[:, -1] = 2
     out = np.empty((9, 12), np.uint8)
-    assert min_cut(state, np.zeros((9, 11), np.int32), np.zeros((8, 12), np.int32), out) == 0
+    min_cut(state, np.zeros((9, 11), np.int32), np.zeros((8, 12), np.int32), out)
     assert (out == out[0]).all()
 
 
@@ -127,7 +126,7 @@ def test_the_flow_takes_the_fewest_old_pixels() -> None:
     """Among cuts of equal cost the maximum flow keeps the least of the old."""
     state = np.array([[0, 1, 1, 2]], np.uint8)
     out = np.empty((1, 4), np.uint8)
-    assert grid_min_cut(state, np.full((1, 3), 4, np.int32), np.empty((0, 4), np.int32), out) == 4
+    grid_min_cut(state, np.full((1, 3), 4, np.int32), np.empty((0, 4), np.int32), out)
     assert out.tolist() == [[0, 1, 1, 1]]
 
 
@@ -137,7 +136,9 @@ def test_large_costs_do_not_overflow() -> None:
     state[:, -1] = 2
     right, down = (np.full(shape, 2**30 - 1, np.int32) for shape in ((300, 5), (299, 6)))
     for solve in (min_cut, grid_min_cut):
-        assert solve(state, right, down, np.empty((300, 6), np.uint8)) == 300 * (2**30 - 1)
+        out = np.empty((300, 6), np.uint8)
+        solve(state, right, down, out)
+        assert mask_cost(out, right, down) == 300 * (2**30 - 1)
 
 
 def test_never_dearer_than_the_two_paths_of_quilting() -> None:
@@ -153,7 +154,8 @@ def test_never_dearer_than_the_two_paths_of_quilting() -> None:
         rule = two_path_mask(squared, 7)
         assert (rule[state == 0] == 0).all()
         assert (rule[state == 2] == 1).all()
-        cost = min_cut(state, right, down, out)
+        min_cut(state, right, down, out)
+        cost = mask_cost(out, right, down)
         assert cost <= mask_cost(rule, right, down)
         cheaper += cost < mask_cost(rule, right, down)
     assert cheaper > 90

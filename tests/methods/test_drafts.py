@@ -12,7 +12,7 @@ from intarsia.methods import make
 from intarsia.model.sourcemap import SourceMap
 
 CASES = [
-    ("near-regular", "brick", {}, "none"), ("near-regular", "brick", {}, "both"), ("near-regular", "tiles", {}, "both"),
+    ("near-regular", "brick", {}, "none"), ("near-regular", "brick", {}, "both"),
     ("near-regular", "tiles", {}, "none"),
     ("gap-filling", "tiles", {}, "none"), ("parallel-controllable", "tiles", {}, "none"),
     ("parallel-controllable", "grass", {}, "both"), ("parallel-controllable", "stones", {"angle": 20}, "none"),
@@ -58,8 +58,10 @@ def test_a_picture_that_is_continued_is_in_every_draft() -> None:
     yx, which = np.zeros((height + 70, width + 50, 2), np.int32), np.full((height + 70, width + 50), 255, np.uint8)
     yx[:height, :width] = np.moveaxis(np.indices((height, width)), 0, 2)
     which[:height, :width] = 0
-    drafts, _ = drafts_of(exemplar, None, ia.NearRegular(), start=SourceMap(yx, which, None, (exemplar.source,)))
+    start = SourceMap(yx, which, None, (exemplar.source,))
+    drafts, _ = drafts_of(exemplar, None, ia.ImageQuilting(patch=60, overlap=20), start=start)
     assert len(drafts) > 1
     for d in drafts:
         assert not d.holes[:height, :width].any()
-        assert np.array_equal(d.yx[:height, :width], yx[:height, :width])
+        deep = slice(height - 20), slice(width - 20)
+        assert np.array_equal(d.yx[deep], yx[deep])

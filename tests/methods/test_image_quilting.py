@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from naive import NaiveQuilting, unbroken
 from quilts import bytes_of, grow, holed
 from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap, spread
 from intarsia.foundation.params import extent
 from intarsia.methods import make
@@ -184,14 +181,6 @@ def test_a_raster_lays_patch_and_overlap_as_given_and_crops(method: type[ia.Imag
     assert spread_out.recipe["overlaps"] == {"y": [10, 10], "x": [6, 7]}
 
 
-def test_the_line_tells_of_wider_overlaps(tmp_path: Path) -> None:
-    """What was laid stands in the line that reports, where it is not what was given."""
-    grow_it = ["grow", "sample:stones", "-o", str(tmp_path / "a.png"), "-m", "image-quilting", "--size", "100"]
-    said = ["--patch", "42", "--overlap", "7", "--force"]
-    for more, told in (([], True), (["--layout", "raster"], False)):
-        assert ("overlaps of 13 px" in CliRunner().invoke(cli, [*grow_it, *said, *more]).stderr) == told
-
-
 def test_what_the_report_saw_is_seen_here(seams) -> None:
     """Blind patches cost twice as much, small ones meet worst; overlap helps bricks, not round things or rectangles."""
     for (name, patch, overlap), cost in seams.items():
@@ -273,7 +262,6 @@ REFUSED = {
     "repeat_penalty=nan is not allowed": {"repeat_penalty": float("nan")},
     "search=best is not allowed; give one of fast, exact": {"search": "best"},
     "isometries=45 is not allowed": {"isometries": "45"},
-    "min_repeat_distance=1.5 is not allowed": {"min_repeat_distance": 1.5},
     "channel_weights": {"channel_weights": (0, 0, 0)},
 }
 

@@ -65,13 +65,13 @@ def test_blocks_meet_in_the_joints_wherever_these_lie(cut: tuple[int, int], bloc
 def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tuple[int, int]]:
     """By how much the pixel in the middle of each block lies elsewhere in the exemplar: what the block shows."""
     window = mosaic.continued_window(0, 0, height, width)
-    down = (mosaic.laid.grid.rows[0] + mosaic.laid.grid.columns[0]) / 512
-    right = (mosaic.laid.grid.rows[1] + mosaic.laid.grid.columns[1]) / 512
+    down = (mosaic.grid.rows[0] + mosaic.grid.columns[0]) / 512
+    right = (mosaic.grid.rows[1] + mosaic.grid.columns[1]) / 512
     found = {}
-    last = mosaic.laid.grid.block_of(height, width)
+    last = mosaic.grid.block_of(height, width)
     for i in range(last[0]):
         for j in range(last[1]):
-            y, x = (int(v / 256 + d) for v, d in zip(mosaic.laid.grid.origin(i, j), (down, right), strict=True))
+            y, x = (int(v / 256 + d) for v, d in zip(mosaic.grid.origin(i, j), (down, right), strict=True))
             if 0 <= y < height and 0 <= x < width:
                 found[i, j] = int(window[y, x, 0]) - y, int(window[y, x, 1]) - x
     return found
@@ -80,7 +80,7 @@ def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tupl
 def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> None:
     """Wherever on the canvas, a block is moved by whole steps of the lattice, rounded once."""
     settings = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, lattice_tolerance=0)
-    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 210, 17.7, 22.25)), 5)
     random = [move for (i, j), move in moves(mosaic, 900, 900).items() if (i + j) % 2 == 0]
     assert len(random) > 150
     for axis, period in enumerate((round(17.7 * 256) / 256, 22.25)):
@@ -93,11 +93,11 @@ def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> No
 def test_places_are_used_in_turn() -> None:
     """Every second block shows a place drawn without putting back, so all are shown about as often."""
     settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, lattice_tolerance=0)
-    mosaic = Mosaic.of(settings, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(160, 192, 20, 24)), 3)
     shown: dict[tuple[int, int], int] = {}
     for (i, j), move in moves(mosaic, 800, 800).items():
         if (i + j) % 2 == 0:
-            y, x = mosaic.laid.grid.origin(i, j)
+            y, x = mosaic.grid.origin(i, j)
             place = round(y / 256) + move[0], round(x / 256) + move[1]
             shown[place] = shown.get(place, 0) + 1
     counts = np.array(list(shown.values()))
@@ -109,13 +109,13 @@ def test_places_are_used_in_turn() -> None:
 def test_a_gap_shows_something_else_than_what_lies_beside_it() -> None:
     """It neither repeats a block beside it, nor goes on with it as the exemplar does, where others fit, too."""
     settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, lattice_tolerance=0)
-    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
+    mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 240, 20, 24)), 7)
     found = moves(mosaic, 900, 900)
     pairs = repeated = continued = 0
     for (i, j), (dy, dx) in found.items():
         for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)) if (i + j) % 2 else ():
             if (a, b) in found:
-                (y, x), (v, u) = mosaic.laid.grid.origin(i, j), mosaic.laid.grid.origin(a, b)
+                (y, x), (v, u) = mosaic.grid.origin(i, j), mosaic.grid.origin(a, b)
                 other = found[a, b]
                 pairs += 1
                 continued += other == (dy, dx)
@@ -142,7 +142,7 @@ def test_the_lattice_is_found_and_replayed() -> None:
 def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
     settings, (y, x) = ia.NearRegular(lattice), corner
     e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
-    mosaic = Mosaic.of(settings, e, Canvas(10, 10), 5)
+    mosaic = Mosaic.of(settings, e, 5)
     whole = mosaic.continued_window(y, x, 150, 170)
     assert whole.any(axis=2).mean() > 0.99
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
@@ -153,22 +153,22 @@ def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
 def test_two_neighbours_never_meet_inside_a_gap() -> None:
     """They would meet along the mitre, in a seam that no cut counts."""
     settings = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
-    mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
+    mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), 5)
     moved = mosaic.continued_window(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
 
     def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
         """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
         i, j = gap
-        middle = tuple(c // 256 + 10 for c in mosaic.laid.grid.origin(i, j))
+        middle = tuple(c // 256 + 10 for c in mosaic.grid.origin(i, j))
         own = moved[middle] if 0 <= middle[0] < 180 and 0 <= middle[1] < 190 else moved[y, x]
-        if mosaic.laid.grid.block_of(y, x) != gap or (own == moved[y, x]).all():
+        if mosaic.grid.block_of(y, x) != gap or (own == moved[y, x]).all():
             return set()
         near = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
         return {n for n in near if (mosaic._shifts(*n, mosaic._place(*n)) == moved[y, x]).all()}
 
     let_in = 0
     for y, x in np.ndindex(179, 189):
-        gap = mosaic.laid.grid.block_of(y, x)
+        gap = mosaic.grid.block_of(y, x)
         one = shown_by(gap, y, x) if sum(gap) % 2 else set()
         let_in += bool(one)
         for other in (shown_by(gap, y + 1, x), shown_by(gap, y, x + 1)) if one else ():
@@ -176,53 +176,11 @@ def test_two_neighbours_never_meet_inside_a_gap() -> None:
     assert let_in > 500
 
 
-def test_a_wrapped_canvas_continues_in_itself() -> None:
-    """The window of the mosaic one canvas further on shows the same."""
-    canvas = Canvas(203, 290, ia.Wrap.BOTH)
-    e = Exemplar.of(tiling(120, 140, 17, 24))
-    mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
-    here = mosaic.continued_window(0, 0, 203, 290)
-    np.testing.assert_array_equal(mosaic.continued_window(203, -290, 203, 290), here)
-    np.testing.assert_array_equal(mosaic.continued_window(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
-
-
-def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
-    """12 rows of 17 px are 204 px: up to 4 px off is stretched, 5 px off is refused with sizes that fit."""
-    e, method = tiling(120, 140, 17, 24), ia.NearRegular(lattice=((24, 0), (0, 17)), block=17)
-    for size in (170, 200, 204, 208, 238):
-        assert ia.synthesize(e, (size, 288), method, wrap="both").map.height == size
-    for size in (199, 209):
-        told = rf"^wrap: height={size} px is no even .*at most 2 %.* choose 170 or 204 or 238 px\.$"
-        with pytest.raises(ia.ParameterError, match=told):
-            ia.synthesize(e, (size, 288), method, wrap="both")
-
-
-def test_wrapped_blocks_are_read_at_strained_places() -> None:
-    """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
-    e = Exemplar.of(tiling(120, 140, 17, 24))
-    settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, lattice_tolerance=0)
-    mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
-    shown = mosaic.continued_window(0, 0, 200, 293)
-    for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
-        begin = [p / 256 for p in mosaic.laid.grid.phase]
-        phase = begin[axis] + mosaic.ground.before[axis]
-        assert mosaic.laid.around[axis] == turns
-        for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
-            q = (i, j)[axis] * length / turns + phase
-            middle = [int(begin[k] + (n + 0.5) * (200, 293)[k] / 12) for k, n in enumerate((i, j))]
-            y, x = middle[0] % 200, middle[1] % 293
-            read = shown[y, x, axis] - middle[axis] + q  # where the block's first px lies in the exemplar
-            want = (q - phase) * turns * side / length + phase
-            assert abs((read - want + period / 2) % period - period / 2) <= 1
-
-
-def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
-    """Rows that lean by 4 % would be cut at every block; gap-filling closes them."""
-    e = tiling(160, 180, 26, 24, 1.0)
-    with pytest.raises(ia.ParameterError, match=r"the lattice is slanted; drop wrap"):
-        ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
-    made = ia.synthesize(e, (624, 192), ia.GapFilling(lattice=((24, 0), (1, 26))), wrap="y")
-    assert made.map.height == 624
+def test_blocks_close_around_no_canvas() -> None:
+    """Patches in step do."""
+    e, lattice = tiling(160, 180, 26, 24, 1.0), ((24, 0), (1, 26))
+    with pytest.raises(ia.ParameterError, match=r"^wrap: near-regular closes courses, .* take graphcut for that\.$"):
+        ia.synthesize(e, (260, 192), ia.NearRegular(lattice=lattice, block=26), wrap="y")
 
 
 @pytest.mark.parametrize("lattice", [((20, 0), (40, 0.5)), ((200, 0), (0, 10)), ((0.5, 0), (0, 10))])

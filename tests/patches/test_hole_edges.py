@@ -71,5 +71,6 @@ def test_without_an_edge_nothing_changes() -> None:
     for rim, weighed in ((40, False), (0, True)):
         canvas = Canvas(30, 30, start=with_hole(identity([e.source], 0), hole), rim=rim)
         growth = PatchSynthesis(PatchSettings((SIDE, SIDE), (4, 4)), [e], canvas)
-        (found,) = growth.finder.find(growth.growing.grown, np.array([growth.at((0, 0))]), growth.finder.unpriced)
+        at, prices = np.array([growth.at((0, 0))]), growth.repetition.search_prices
+        (found,) = growth.finder.find(growth.growing.grown, at, prices)
         assert (growth.weighed((0, 0), found).rows.tolist() != found.rows.tolist()) == weighed

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from search.test_guide import BOTH, Scene, agreement, disc, got, labels, painted, regions
+from search.test_guide import BOTH, agreement, disc, got, labels, painted, regions
 
 import intarsia as ia
 from intarsia.methods import engine_of
@@ -15,7 +15,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.published.multrus2003 import engine
 from intarsia.published.multrus2003.engine import place_patch, settings_of
 from intarsia.tasks.completion import with_hole
@@ -36,7 +36,7 @@ class TestUses:
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
         dear = []
         for given, down, across in ((guide, 48, 8), (None, 48, 8), (guide, 1, 1)):
-            settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
+            settings = PatchSettings((12, 12), (4, 4), usage=0.05)
             growth = PatchSynthesis(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):
@@ -95,21 +95,6 @@ class TestPainting:
             1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: place_patch(method, growth, at, pick, found)
         )
         assert min(seen.values()) > 5
-
-    @pytest.mark.parametrize(("weight", "isometries"), [(0.3, "none"), (2.0, "both")])
-    def test_on_boundaries_any_of_many_is_drawn_among_all(self, weight: float, isometries: str) -> None:
-        """Multrus 2003, 5.3.2, A.2: more than a short-list holds, by d + alpha g of every patch that is allowed."""
-        scene = Scene(weight, "roots", isometries)
-        method = ia.PatchSampling(patch=4, overlap=4, boundary_candidates=100, repetition="none")
-        found = scene.found()
-        assert len(found.rows) < 64
-        picks = {engine.choose(method, scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
-        every = [
-            scene.cost(v, int(u), int(s))
-            for v, allowed in enumerate(scene.guided.allowed[0b11])
-            for u, s in zip(*np.nonzero(allowed), strict=True)
-        ]
-        np.testing.assert_allclose(sorted(scene.cost(*p) for p in picks if p), sorted(every)[:100], rtol=1e-9, atol=1)
 
     @BOTH
     def test_three_labels_and_all_sizes(self, method: Any) -> None:

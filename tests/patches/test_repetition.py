@@ -1,11 +1,11 @@
-"""Repetition control: nothing returns too near, repeats have a price, and what strikes the eye returns least."""
+"""Repetition control: repeats have a price, and what strikes the eye returns least."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from naive import least_return, shares
-from quilts import bytes_of, grow, holed
+from naive import shares
+from quilts import grow
 from torture import TORTURE
 
 import intarsia as ia
@@ -20,44 +20,6 @@ from intarsia.patches.repetition import Repetition, patch_saliency
 from intarsia.search import Candidates, WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.testing import texture
-
-
-@pytest.mark.parametrize("wrap", ["none", "both"])
-@pytest.mark.parametrize("isometries", ["none", "both"])
-@pytest.mark.parametrize("distance", [6, 17])
-def test_no_pixel_returns_within_the_least_distance(wrap: str, isometries: str, distance: int) -> None:
-    more = {"min_repeat_distance": distance, "isometries": isometries}
-    for seed, size in ((0, (36, 44)), (1, (30, 30)), (2, (21, 64))):
-        out = grow(Exemplar.of(texture(64, 60, 1, seed)), size, seed, wrap, patch=10, overlap=4, tolerance=1, **more)
-        assert least_return(out) >= distance
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize(
-    ("sides", "size", "wrap", "distance", "more"),
-    [((40, 40), (36, 36), "none", 25, {"patch": 9, "overlap": 0}),  # drawn blindly
-     ((30, 26), (30, 30), "none", 9, {"patch": 9, "overlap": 3, "tolerance": 1}),  # a torus
-     ((90, 90), (20, 20), "both", 12, {"patch": 20, "overlap": 15, "tolerance": 1})],  # meets itself on both sides
-)  # fmt: skip
-def test_every_layout_keeps_the_least_distance(seed, sides, size, wrap, distance, more) -> None:
-    e = Exemplar.of(bytes_of(*sides), toroidal=sides == (30, 26))
-    assert least_return(grow(e, size, seed, wrap, min_repeat_distance=distance, **more)) >= distance
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_new_patches_keep_the_least_distance_to_the_start(seed: int) -> None:
-    e = Exemplar.of(texture(90, 90, 3, seed))
-    rows, columns = np.meshgrid(np.arange(5, 45), np.minimum(np.arange(65, 110), 89), indexing="ij")
-    start = SourceMap(np.stack([rows, columns], axis=2), sources=(e.source,))
-    start = holed(start, np.arange(45) >= np.full((40, 1), 25))
-    out = grow(e, None, seed, start=start, patch=12, overlap=4, min_repeat_distance=60)
-    assert least_return(out) >= 60
-
-
-def test_an_impossible_distance_is_refused_in_one_line() -> None:
-    with pytest.raises(ia.MethodError, match="min_repeat_distance=500") as caught:
-        grow(Exemplar.of(bytes_of(20, 20)), (80, 80), patch=10, overlap=3, min_repeat_distance=500)
-    assert "\n" not in str(caught.value)
 
 
 def flat_spot() -> Exemplar:
@@ -136,7 +98,7 @@ def control(e: Exemplar, patch: int, size: tuple[int, int], strength: float, iso
     """Repetition control over a canvas of patches side by side."""
     rows, columns = (tuple(spread(n, patch, 0, wrap)[0]) for n in size)
     search = PatchSearch(posed_exemplars([e], features([e]), isometries, (patch, patch)), (patch, patch), 4)
-    return Repetition(search, WindowGrid(rows, columns, (patch, patch), size, (wrap, wrap)), strength, 0)
+    return Repetition(search, WindowGrid(rows, columns, (patch, patch), size, (wrap, wrap)), strength)
 
 
 def price_of(control: Repetition, window: tuple[int, int], v: int, u: int, s: int, usual: int = 100_000) -> int:
@@ -163,7 +125,7 @@ def test_of_a_perfect_match_and_one_nearly_so_either_is_drawn() -> None:
     rows = np.array([[0, 0, 5, 5], [2_400, 0, 20, 20], [2_600, 0, 40, 40]], np.int64)
     found, bits = Candidates(rows, usual, *empty), [k << 32 for k in range(0, 1 << 32, 1 << 28)]
     assert {c.pick(2, 2, found, 0.1, b) for b in bits} == {(0, 5, 5), (0, 20, 20)}
-    many = {next(picks for _, picks in c.pick_all([(2, 2)], [found], 0.1, [b]))[0] for b in bits}
+    many = {c.pick_all([(2, 2)], [found], 0.1, [b])[0] for b in bits}
     assert many == {(0, 5, 5), (0, 20, 20)}
 
 

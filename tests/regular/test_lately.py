@@ -41,7 +41,7 @@ def test_a_window_beside_lays_only_what_is_new(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_what_was_used_longest_ago_gives_way() -> None:
-    kept, made = LRUCache[tuple[np.ndarray]](1000), list[Any]()
+    kept, made = LRUCache(1000), list[Any]()
 
     def make(keys: Any) -> Any:
         made.extend(keys)

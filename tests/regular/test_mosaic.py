@@ -108,16 +108,6 @@ def test_a_window_of_a_continued_exemplar_is_a_crop() -> None:
     np.testing.assert_array_equal(part, whole[50:120, 70:180])
 
 
-def test_a_start_goes_on_where_the_exemplar_was_continued() -> None:
-    """The lattice of what is there goes on, though the sheet that blocks are read from begins further up."""
-    e = tiles(4, 4, 20, 24, (18, 21))
-    method = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, border=8)
-    out = ia.extend(e, ia.Margins(right=60, bottom=60), method=method, seed=2)
-    shown = np.asarray(out.render().pixels).reshape(140, 156) < 60
-    wider = np.tile(e, (2, 2))[:140, :156] < 60
-    assert (shown == wider).mean() > 0.97
-
-
 @pytest.mark.parametrize("name", but_some([
     "regular_azulejo_384", "regular_gingham-cloth_256", "near-regular_chainmail_256", "near-regular_wicker_192",
 ], "near-regular_wicker_192"))  # fmt: skip
@@ -125,11 +115,11 @@ def test_every_period_of_a_photograph_is_shown(name: str, textures: dict[str, Pa
     """Those that lie whole in it, on the grid of the blocks."""
     e = ia.read(textures[name])
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    mosaic = Mosaic.of(method, e, Canvas(9, 9), 0)
-    (a, b), second = mosaic.laid.grid.vectors
+    mosaic = Mosaic.of(method, e, 0)
+    (a, b), second = mosaic.grid.vectors
     area = a * second[1] - b * second[0]
     y, x = np.mgrid[: e.height, : e.width] * UNIT + UNIT // 2
-    y, x = y - mosaic.laid.grid.phase[0], x - mosaic.laid.grid.phase[1]
+    y, x = y - mosaic.grid.phase[0], x - mosaic.grid.phase[1]
     rows, columns = (y * second[1] - x * second[0]) // area, (x * a - y * b) // area
     period = (rows - rows.min()) * 1000 + columns - columns.min()
     used = sum(ia.synthesize(e, 1536, method, seed=seed).map.usage()[0] for seed in (1, 2))

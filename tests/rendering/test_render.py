@@ -203,15 +203,6 @@ def test_where_nobody_votes_the_pixel_speaks_for_itself() -> None:
     assert (render([Exemplar.of(pixels, usable=usable)], smap, blend=Blend(2)).pixels == pixels[4, 4]).all()
 
 
-def test_keeping_the_contrast_keeps_it() -> None:
-    pixels = np.random.default_rng(0).normal(0.5, 0.1, (60, 60))
-    exemplar = Exemplar.of(Plane(pixels, Kind.DATA), toroidal=True)
-    smap = noise_map((80, 80), (60, 60))
-    mean, wide = (render([exemplar], smap, blend=Blend(3, m)).pixels.std() for m in (Mixing.MEAN, Mixing.VARIANCE))
-    assert mean < 0.4 * pixels.std()
-    assert 0.9 * pixels.std() < wide < 1.1 * pixels.std()
-
-
 def test_several_exemplars_must_fit() -> None:
     a = Exemplar.of({"albedo": pixels_of("uint8", (6, 6, 3)), "fine": pixels_of("uint8", (12, 12))}, name="a")
     b = Exemplar.of(pixels_of("uint8", (7, 5, 3)), name="b")

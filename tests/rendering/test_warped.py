@@ -20,7 +20,7 @@ from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
 from intarsia.foundation import InputError, ParameterError
-from intarsia.foundation.blend import Blend, Levelling, Mixing
+from intarsia.foundation.blend import Blend, Levelling
 from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
@@ -88,9 +88,9 @@ def assert_near(got: NDArray[np.generic], want: NDArray[np.generic]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("dtype", "kind", "f"), going_round(DTYPES, [Kind.NORMAL, Kind.COLOUR, Kind.DATA, Kind.LABEL], [0, 3])
+    ("dtype", "kind"), going_round(DTYPES, [Kind.NORMAL, Kind.COLOUR, Kind.DATA, Kind.LABEL])
 )
-def test_it_is_what_the_formula_says(dtype: str, kind: Kind, f: int) -> None:
+def test_it_is_what_the_formula_says(dtype: str, kind: Kind) -> None:
     """Every pixel of wild maps, with masks, on a torus, around a wrapped canvas, equals the slow twin."""
     for channels in (1, 3, 4) if kind is Kind.COLOUR else (3,):
         pixels = pixels_of(dtype, (9, 8, channels))
@@ -106,51 +106,40 @@ def test_it_is_what_the_formula_says(dtype: str, kind: Kind, f: int) -> None:
             if mask is not None:
                 spots = np.argwhere(usable)
                 smap = replace(smap, yx=spots[np.random.default_rng(1).integers(0, len(spots), (5, 5))])
-            got = render([exemplar], smap, blend=Blend(f)).samples
-            assert_near(got, NaiveWarped([exemplar], smap, f).render())
+            assert_near(render([exemplar], smap).samples, NaiveWarped([exemplar], smap).render())
 
 
 def test_fractions_alone_and_several_exemplars_are_what_the_formula_says() -> None:
-    """With poses and fractions, with pieces of two exemplars, and mixed as stored."""
+    """With poses and fractions, with pieces of two exemplars."""
     exemplars = [Exemplar.of(pixels_of("uint8", (9, 8, 3), n), name=str(n)) for n in range(2)]
     rng = np.random.default_rng(0)
     smap = replace(noise_map((8, 9), (9, 8)), which=rng.integers(0, 2, (8, 9)), sub=rng.random((8, 9, 2)) - 0.5)
-    for mixing in (Mixing.MEAN, Mixing.SOURCE):
-        for f in (0, 2):
-            if mixing is Mixing.MEAN or f:
-                got = render(exemplars, smap, blend=Blend(f, mixing)).samples
-                assert_near(got, NaiveWarped(exemplars, smap, f, mixing).render())
+    assert_near(render(exemplars, smap).samples, NaiveWarped(exemplars, smap).render())
 
 
 @pytest.mark.parametrize("kind", list(Kind))
 @pytest.mark.parametrize("green", ["gl", "dx"])
 def test_bent_fields_are_what_the_formula_says(kind: Kind, green: str) -> None:
-    """Votes that read nearly one place are read together; that may change little."""
     meta = {"normals": green}
     pixels = pixels_of("uint8", (12, 12, 3))
     pixels = np.repeat(np.repeat(pixels[:4, :4], 3, 0), 3, 1) // 2 + 60 if kind is not Kind.LABEL else pixels % 3
     exemplar = Exemplar.of(Plane(pixels, kind, meta=meta))
     smap = field_map((9, 14), (12, 12))
-    for f in (0, 4):
-        assert_near(render([exemplar], smap, blend=Blend(f)).samples, NaiveWarped([exemplar], smap, f).render())
+    assert_near(render([exemplar], smap).samples, NaiveWarped([exemplar], smap).render())
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("kind", list(Kind))
 def test_frames_that_are_isometries_are_exact(dtype: str, kind: Kind) -> None:
-    """Bit for bit what poses give, identity included; with a feather, too, but for the last bits of doubles."""
+    """Bit for bit what poses give, identity included."""
     smap = noise_map((17, 19), (11, 13))
     usable = np.random.default_rng(7).random((11, 13)) < 0.8
     for channels in (1, 2, 3, 4) if kind is Kind.COLOUR else (3,):
         plane = Plane(pixels_of(dtype, (11, 13, channels)), kind)
         for mask in (None, usable):
             exemplar = Exemplar.of(plane, usable=mask)
-            for f in (0, 3):
-                want, got = (render([exemplar], m, blend=Blend(f)).pixels for m in (smap, as_frames(smap)))
-                if f and dtype == "float64":
-                    np.testing.assert_allclose(got, want, rtol=1e-12, atol=1e-12)
-                else:
-                    assert got.tobytes() == want.tobytes()
+            want, got = (render([exemplar], m).pixels for m in (smap, as_frames(smap)))
+            assert got.tobytes() == want.tobytes()
     upright = SourceMap(smap.yx)
     exemplar = Exemplar.of(plane)
     for same in (as_frames(upright, sub=False), replace(upright, sub=np.zeros(smap.yx.shape))):
@@ -164,9 +153,8 @@ def test_larger_planes_of_isometries_are_exact(isometry: ia.foundation.geometry.
     planes |= {"normal": pixels_of("uint16", (8 * s, 6 * s, 3))}
     exemplar, smap = Exemplar.of(planes), laid(isometry, 8, 6)
     for name in ("fine", "normal"):
-        for f in (0, 2):
-            want, got = (render([exemplar], m, name, Blend(f)).pixels for m in (smap, as_frames(smap)))
-            assert got.tobytes() == want.tobytes()
+        want, got = (render([exemplar], m, name).pixels for m in (smap, as_frames(smap)))
+        assert got.tobytes() == want.tobytes()
 
 
 def waves(y: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -194,10 +182,9 @@ def test_bumps_stay_lit_from_the_same_side(green: str, j: NDArray[np.float64]) -
     here = bumps(at[..., 0], at[..., 1])
     want = coded([j[0, a] * here[0] + j[1, a] * here[1] for a in (0, 1)])
     plane = Plane(coded(bumps(*np.mgrid[:96, :96].astype(float))), Kind.NORMAL, meta={"normals": green})
-    for f in (0, 3):
-        got = render([Exemplar.of(plane)], smap, blend=Blend(f)).pixels
-        np.testing.assert_allclose(got, want, atol=0.01)
-        np.testing.assert_allclose(np.linalg.norm(got, axis=2), 1, atol=1e-12)
+    got = render([Exemplar.of(plane)], smap).pixels
+    np.testing.assert_allclose(got, want, atol=0.01)
+    np.testing.assert_allclose(np.linalg.norm(got, axis=2), 1, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA, Kind.NORMAL, Kind.LABEL])
@@ -212,10 +199,9 @@ def test_masked_pixels_are_never_read(kind: Kind) -> None:
         pixels[~usable] = np.nan
     for toroidal in (False, True):
         exemplar = Exemplar.of(Plane(pixels, kind), usable=usable, toroidal=toroidal)
-        for f in (0, 4):
-            out = render([exemplar], smap, blend=Blend(f)).pixels
-            assert np.isfinite(out).all()
-            assert kind is not Kind.LABEL or (out == 1).all()
+        out = render([exemplar], smap).pixels
+        assert np.isfinite(out).all()
+        assert kind is not Kind.LABEL or (out == 1).all()
 
 
 def test_where_nothing_may_be_read_the_own_pixel_is_copied() -> None:
@@ -223,9 +209,7 @@ def test_where_nothing_may_be_read_the_own_pixel_is_copied() -> None:
     pixels = pixels_of("uint8", (6, 6, 3))
     exemplar = Exemplar.of(pixels, usable=np.zeros((6, 6), bool))
     smap = wild_map((5, 5), (6, 6))
-    for f in (0, 2):
-        out = render([exemplar], smap, blend=Blend(f)).pixels
-        assert (out == pixels[smap.yx[..., 0], smap.yx[..., 1]]).all()
+    assert (render([exemplar], smap).pixels == pixels[smap.yx[..., 0], smap.yx[..., 1]]).all()
 
 
 def test_windows_are_crops_whatever_the_threads() -> None:
@@ -237,20 +221,18 @@ def test_windows_are_crops_whatever_the_threads() -> None:
     exemplar, smap = Exemplar.of(planes), wild_map((150, 12), (12, 10), wrap=Wrap.BOTH)
     for name in planes:
         scale = {"fine": (2, 1), "height": (1, 2)}.get(name, (1, 1))
-        for f in (0, 3):
-            whole = render([exemplar], smap, name, Blend(f), run=Run(1)).pixels
-            assert whole.tobytes() == render([exemplar], smap, name, Blend(f), run=Run(3)).pixels.tobytes()
-            for box in (Box(8, 2, 40, 6), Box(-10, -4, 20, 30), Box(2**30 * 150, 0, 2**30 * 150 + 4, 2)):
-                part = render([exemplar], smap, name, Blend(f), box).pixels
-                rows, columns = (
-                    np.arange(a * scale[0] // scale[1], b * scale[0] // scale[1]) % n
-                    for a, b, n in zip((box.y0, box.x0), (box.y1, box.x1), whole.shape, strict=False)
-                )
-                assert part.tobytes() == np.ascontiguousarray(whole[rows][:, columns]).tobytes()
-            cut = smap.window(Box(100, 0, 140, 12))
-            if f == 0:
-                there = slice(100 * scale[0] // scale[1], 140 * scale[0] // scale[1])
-                assert render([exemplar], cut, name, Blend(f)).pixels.tobytes() == whole[there].tobytes()
+        whole = render([exemplar], smap, name, run=Run(1)).pixels
+        assert whole.tobytes() == render([exemplar], smap, name, run=Run(3)).pixels.tobytes()
+        for box in (Box(8, 2, 40, 6), Box(-10, -4, 20, 30), Box(2**30 * 150, 0, 2**30 * 150 + 4, 2)):
+            part = render([exemplar], smap, name, box=box).pixels
+            rows, columns = (
+                np.arange(a * scale[0] // scale[1], b * scale[0] // scale[1]) % n
+                for a, b, n in zip((box.y0, box.x0), (box.y1, box.x1), whole.shape, strict=False)
+            )
+            assert part.tobytes() == np.ascontiguousarray(whole[rows][:, columns]).tobytes()
+        cut = smap.window(Box(100, 0, 140, 12))
+        there = slice(100 * scale[0] // scale[1], 140 * scale[0] // scale[1])
+        assert render([exemplar], cut, name).pixels.tobytes() == whole[there].tobytes()
 
 
 def test_a_larger_plane_shows_the_same_place() -> None:
@@ -269,9 +251,8 @@ def test_a_smaller_plane_is_averaged() -> None:
     exemplar = Exemplar.of({"albedo": pixels_of("uint8", (12, 10)), "small": small})
     wide = Exemplar.of(Plane(small.pixels.repeat(2, 0).repeat(2, 1), Kind.DATA))
     smap = wild_map((8, 12), (12, 10))
-    for f in (0, 2):
-        fine = render([wide], smap, blend=Blend(f)).pixels.astype(int).reshape(4, 2, 6, 2).sum(axis=(1, 3))
-        assert (render([exemplar], smap, "small", Blend(f)).pixels == (fine + 2) // 4).all()
+    fine = render([wide], smap).pixels.astype(int).reshape(4, 2, 6, 2).sum(axis=(1, 3))
+    assert (render([exemplar], smap, "small").pixels == (fine + 2) // 4).all()
 
 
 def test_a_map_keeps_its_frames(tmp_path: Path) -> None:
@@ -337,8 +318,8 @@ def test_blends_that_need_whole_pixels_are_refused() -> None:
     which, start = np.full((4, 4), HOLE, np.uint8), replace(smap, sources=(exemplar.source,))
     cases = [
         (ParameterError, lambda: render([exemplar], smap, blend=level), "even-tone 0"),
-        (ParameterError, lambda: render([exemplar], smap, blend=Blend(2, Mixing.VARIANCE)), "mean or source"),
-        (ParameterError, lambda: render([exemplar], smap, blend=Blend(300)), "at most 256"),
+        (ParameterError, lambda: render([exemplar], smap, blend=Blend(2)), "--feather 0"),
+        (ParameterError, lambda: render([exemplar], smap, "normal", Blend(2)), "--feather 0"),
         (InputError, lambda: render([exemplar], far), "outside"),
         (InputError, lambda: render([exemplar], replace(smap, which=which)), "16 holes"),
         (InputError, lambda: ia.synthesize(exemplar, None, "image-quilting", start=start), "no method"),

@@ -46,7 +46,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 """What a verb cannot do without, beside its exemplars."""
 
 BESIDE = {
-    "by": {"trials": 2}, "keep": {"gates": (("total", 60.0),)},
+    "by": {"trials": 2},
 }  # fmt: skip
 """What must be asked for, so that a field may be."""
 
@@ -55,8 +55,8 @@ VALUES = {
     "named": ("total", 0.5), "float": 1.5, "exemplar": "b.png", "image": "i.png",
 }  # fmt: skip
 NAMED = {
-    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "overlays": ("lattice", "o.png"), "page": "r.html",
-    "distance_map": ((3, 4), "d.tif"), "many": (1, 2, 3, 9), "origin": (-7, 12), "packed": "R=ao,G=roughness",
+    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "page": "r.html",
+    "many": (1, 2, 3, 9), "origin": (-7, 12), "packed": "R=ao,G=roughness",
     "sheet": "s.png", "dask": "local",
 }  # fmt: skip
 
@@ -98,7 +98,7 @@ def test_words_say_all_that_is_asked_for(verb: str) -> None:
 def test_so_does_json(verb: str) -> None:
     for request in asked(verb):
         arguments = {f.name: getattr(request, f.name) for f in fields_of_verb(verb) if not f.flags}
-        if request.distance_map is None and request.pictures == ():  # no job names them
+        if request.pictures == ():  # no job names them
             assert from_json(verb, to_json(request), **arguments) == request
 
 
@@ -114,7 +114,7 @@ def test_json_may_hold_lists_and_numbers() -> None:
         ({"size": "x"}, "size: x is no size"),
         ({"feather": 9999}, "feather: 9999 is not in the range 0<=x<=1024."),
         ({"feather": "wide"}, "feather: 'wide' is not a valid integer range."),
-        ({"mixing": "other"}, "mixing: 'other' is not one of 'mean', 'variance', 'source'."),
+        ({"mixing": "other"}, "mixing: 'other' is not one of 'mean', 'source'."),
         ({"flatten": 1}, "flatten is yes or no"),
         ({"crop": [0, 0, 5, 5], "toroidal": True}, "--toroidal does not go with --crop"),
     ],
@@ -133,13 +133,11 @@ def test_what_json_cannot_hold_is_refused_in_the_words_of_the_command(given: dic
 @pytest.mark.parametrize("slug", list(METHODS))
 def test_the_same_picture_is_asked_for_once_more(slug: str) -> None:
     """The method is named with all that it has; what bears on nothing in the picture is left out."""
-    request = plain(
-        "grow", trials=3, page="r.html", gates=(("total", 50.0),), threads=2, even_tone=0, crop=(0, 0, 9, 9)
-    )
+    request = plain("grow", trials=3, page="r.html", threads=2, even_tone=0, crop=(0, 0, 9, 9))
     method = method_class(slug)()
     again = repeated(request, [{"albedo": "a.png", "normal": "n.png", "mask": "m.png"}], method, 5, out="o.png")
     assert (again.files, again.maps, again.masks) == (("a.png",), (("normal", "n.png"),), ("m.png",))
-    assert (again.trials, again.page, again.gates, again.threads) == (None, None, (), None)
+    assert (again.trials, again.page, again.threads) == (None, None, None)
     assert (again.seed, again.even_tone, again.crop, again.out) == (5, 0, (0, 0, 9, 9), "o.png")
     assert read_argv(to_argv(again)).chosen == method
 
@@ -201,19 +199,6 @@ def test_a_damaged_recipe_is_called_so(change: dict[str, Any]) -> None:
     given = Request("replay", picture="p.png", out="o.png", files=("a.png",))
     with pytest.raises(InputError, match=r"^the recipe is damaged|^the recipe cannot be followed"):
         from_recipe(RECIPE | change, given, "the recipe")
-
-
-MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
-
-
-def test_a_recipe_may_say_what_correction_2008_took_over_where_it_says_what_is_done_anyway() -> None:
-    given = Request("replay", picture="p.png", out="o.png", files=("a.png",))
-    old = RECIPE | {"method": "parallel-controllable", "parameters": {"passes": 1, **MOVED}}
-    assert values_of(from_recipe(old, given, "the recipe").chosen)["passes"] == 1  # type: ignore[arg-type]
-    for name, other in {"rule": "memo", "neighbourhood": "colour", "neighbourhood_mask": [1] * 9, "k": 1}.items():
-        asked = old | {"parameters": MOVED | {name: other}}
-        with pytest.raises(InputError, match=f"^the recipe cannot be followed: {name} of .* correction-2008"):
-            from_recipe(asked, given, "the recipe")
 
 
 def test_python_runs_the_command_where_a_call_would_say_less() -> None:

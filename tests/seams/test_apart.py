@@ -150,8 +150,8 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
     least = -6 if toroidal else 0  # over the border of what goes on
     rows = np.array([(0, v % 4, *(int(n) for n in rng.integers(least, 24, 2))) for v in range(8)], np.int64)
     look = placement_kernels.Look(0, 0, height, width, step)
-    samples, out = placement_kernels.samples_of(sewing.grown, sewing.pieces.table, look), np.empty(len(rows), np.int64)
-    how = (sewing.variants.turns, samples, (9, 20, 16, 16), rows, ONE // 2)
+    out = np.empty(len(rows), np.int64)
+    how = (sewing.variants.turns, look, (9, 20, 16, 16), rows, ONE // 2)
     placement_kernels.repeats(sewing.grown, sewing.pieces, *how, out)
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()

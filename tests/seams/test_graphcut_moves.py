@@ -1,4 +1,4 @@
-"""The loop that lays patches: waves whose windows lie apart, what pays, and what is told meanwhile."""
+"""The loop that lays patches: waves whose windows lie apart, and what is told meanwhile."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import window_batches
 from intarsia.seams import graphcut_moves
-from intarsia.seams.graphcut_textures import Box, Cut, GraphcutMap, Pick
+from intarsia.seams.graphcut_textures import Cut, GraphcutMap
 from intarsia.testing import texture
 
 
@@ -46,7 +46,7 @@ def test_what_a_window_reads_no_other_of_its_wave_changes(wrap: Wrap, start: Sou
 
 
 class Watched:
-    """Sites 0 to 9, of which the odd ones pay, but only the first of any two neighbours."""
+    """Sites 0 to 9, of which the odd ones pay."""
 
     def __init__(self) -> None:
         self.left, self.laid, self.asked, self.told = list[int](), list[int](), list[list[int]](), list[int]()
@@ -61,9 +61,6 @@ class Watched:
         assert not self.laid, "all are cut before the first is laid"
         return Cut(-1, (site, 0, 1, 1), (0, 0, 0), np.ones((1, 1))) if site % 2 else None
 
-    def pays(self, cut: Cut) -> bool:
-        return cut.box[0] - 2 not in self.laid
-
     def write(self, cut: Cut) -> None:
         assert not self.told, "all are laid before the first is measured"
         self.laid.append(cut.box[0])
@@ -75,11 +72,11 @@ class Watched:
         self.left.append(int(key))
 
 
-def test_what_is_cut_is_laid_in_turn_where_it_still_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_cut_is_laid_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(graphcut_moves, "AT_ONCE", 4)
     work, told = Watched(), list[int]()
     laid = graphcut_moves.apply_moves(work, {str(k): k for k in range(10)}, ia.Run(3), told.append)
-    assert [cut.box[0] for cut in laid] == work.laid == sorted(work.told) == [1, 5, 9]
+    assert [cut.box[0] for cut in laid] == work.laid == sorted(work.told) == [1, 3, 5, 7, 9]
     assert work.left == [0, 2, 4, 6, 8]
     assert work.asked == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
     assert told == [0, 4, 8]
@@ -118,22 +115,3 @@ def test_pieces_grow_in_waves_of_their_own() -> None:
     assert told == sorted(told)
     assert told[-1] == (3 * windows, 3 * windows)
     assert len(set(told)) > 6
-
-
-@pytest.mark.parametrize("near", [False, True])
-def test_no_piece_grows_where_it_would_return_too_near(near: bool) -> None:
-    """What a wave has laid before is looked at once more, by the rule that bars pixels."""
-    sewn = sewing_of(Canvas(140, 150))
-    graphcut_moves.fill(sewn, 1, 2, ia.Run(1), 1)
-
-    asked = set[tuple[Box, Pick]]()
-
-    def bar(box: Box, pick: Pick) -> np.ndarray:
-        again = (box, pick) in asked
-        asked.add((box, pick))
-        return np.full(box[2:], near and again)
-
-    sewn.constraint, before = bar, sewn.yx.copy()
-    saved = graphcut_moves.expand(sewn, ia.Run(1), 1)
-    assert bool(saved) is not near
-    assert (sewn.yx == before).all() == near

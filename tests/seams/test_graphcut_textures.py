@@ -281,8 +281,7 @@ def test_repeats_are_counted(seed: int) -> None:
     for part, step in zip(parts, (1, 2, 1, 2), strict=True):
         out, look = np.empty(4, np.int64), placement_kernels.Look(*part, step)
         turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
-        samples = placement_kernels.samples_of(scene.shown, scene.pieces.table, look)
-        placement_kernels.repeats(scene.shown, scene.pieces, turns, samples, box, rows, 50 * step, out)
+        placement_kernels.repeats(scene.shown, scene.pieces, turns, look, box, rows, 50 * step, out)
         of = scene.naive, scene.sources(), box
         assert out.tolist() == [naive_repeats(*of, tuple(row[1:].tolist()), look, 50 * step) for row in rows]
 

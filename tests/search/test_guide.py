@@ -206,7 +206,7 @@ class TestRefusals:
         marks, e = regions(40, 40), painted(regions(40, 40))
         plane, normals = labels(marks), Plane(np.zeros((4, 4, 3)), Kind.NORMAL)
         for make, words in [
-            (lambda: Guide(plane, labels(marks + 5)), "labels 5, 6 do not occur"),
+            (lambda: Guide(plane, labels(marks + 5)), "asks for 5, 6, which is in no label picture; paint with 0, 1"),
             (lambda: Guide(plane, Plane(marks)), "differ in kind"),
             (lambda: Guide(plane, plane, -1), "weight=-1"),
             (lambda: Guide(plane, plane, reach=-1), "reach=-1"),

@@ -1,8 +1,7 @@
-"""What was taken away comes back whole, or goes whole: after a while, at the end, or at the next start."""
+"""What was taken away comes back whole, or goes whole: at the end, or at the next start."""
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 from typing import Any
 
@@ -43,69 +42,53 @@ def taken(store: Store, *names: str) -> Bin:
     return held
 
 
-def test_it_comes_back_whole_and_goes_for_ever_after_a_while(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    async def work() -> None:
-        store = filled(tmp_path)
-        monkeypatch.setattr("intarsia.studio.store.WHILE", 0.3)
-        held = taken(store, "3", EXEMPLAR)
-        assert there(store) == ("12", "abe")
-        assert store.all("exemplars") == []
+def test_it_comes_back_whole_or_goes_for_ever(tmp_path: Path) -> None:
+    store = filled(tmp_path)
+    held = taken(store, "3", EXEMPLAR)
+    assert there(store) == ("12", "abe")
+    assert store.all("exemplars") == []
+    held.back("jobs", "3")
+    held.back("exemplars", EXEMPLAR)
+    held.empty()
+    assert there(store) == ("123", "abe")
+    with pytest.raises(HTTPException, match="taken away"):
         held.back("jobs", "3")
-        held.back("exemplars", EXEMPLAR)
-        assert there(store) == ("123", "abe")
-        with pytest.raises(HTTPException, match="taken away"):
-            held.back("jobs", "3")
-        await asyncio.sleep(0.2)
-        taken(store, "3")
-        await asyncio.sleep(0.2)
-        assert there(store) == ("12", "abe")  # when it went first counts no more
-        await asyncio.sleep(0.3)
-        assert there(store) == ("12", "ae")
-        with pytest.raises(HTTPException):
-            held.back("jobs", "3")
-        store.close()
-
-    asyncio.run(work())
+    taken(store, "3").empty()
+    assert there(store) == ("12", "ae")
+    with pytest.raises(HTTPException):
+        held.back("jobs", "3")
+    store.close()
 
 
 def test_what_two_jobs_made_alike_stays_until_both_are_gone(tmp_path: Path) -> None:
-    async def work() -> None:
-        store = filled(tmp_path)
-        taken(store, "1").empty()
-        assert there(store) == ("23", "abe")
-        taken(store, "2").empty()
-        assert there(store) == ("3", "be")
-        store.close()
-
-    asyncio.run(work())
+    store = filled(tmp_path)
+    taken(store, "1").empty()
+    assert there(store) == ("23", "abe")
+    taken(store, "2").empty()
+    assert there(store) == ("3", "be")
+    store.close()
 
 
 def test_what_a_job_needs_that_is_under_way_cannot_be_taken_away(tmp_path: Path) -> None:
-    async def work() -> None:
-        store = filled(tmp_path)
-        store.put("jobs", {"id": "4", "state": "queued", "result": None, "exemplars": [EXEMPLAR]})
-        for name in ("4", EXEMPLAR):
-            with pytest.raises(HTTPException, match="cancel it first"):
-                taken(store, name)
-        store.close()
-
-    asyncio.run(work())
+    store = filled(tmp_path)
+    store.put("jobs", {"id": "4", "state": "queued", "result": None, "exemplars": [EXEMPLAR]})
+    for name in ("4", EXEMPLAR):
+        with pytest.raises(HTTPException, match="cancel it first"):
+            taken(store, name)
+    store.close()
 
 
 @pytest.mark.parametrize("moment", ["marked", "files gone"])
 def test_a_studio_that_is_killed_leaves_nothing_half(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
 ) -> None:
-    async def work() -> None:
-        store = filled(tmp_path)
-        held = taken(store, "3", EXEMPLAR)
-        if moment == "files gone":
-            monkeypatch.setattr(store, "drop_row", _killed)
-            with pytest.raises(KeyboardInterrupt):
-                held.empty()
-        store.close()
-
-    asyncio.run(work())
+    store = filled(tmp_path)
+    held = taken(store, "3", EXEMPLAR)
+    if moment == "files gone":
+        monkeypatch.setattr(store, "drop_row", _killed)
+        with pytest.raises(KeyboardInterrupt):
+            held.empty()
+    store.close()
     store = Store(tmp_path)
     assert there(store)[0] == "12"
     assert store.all("exemplars") == []

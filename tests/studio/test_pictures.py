@@ -117,7 +117,8 @@ class TestResults:
         page = answer.text
         total = served.get(f"/api/results/{result['id']}")["score"]["total"]
         assert f"{total:.0f}" in page
-        assert "small.png" in page
+        assert "small_grown.png" in page
+        assert "Its recipe" in page
         assert "exemplars/" not in page
         assert str(served.folder) not in page
         assert nothing_is_left(served)
@@ -210,7 +211,7 @@ class TestSchema:
         for verb in requests.VERBS:
             offered, fields = requests.options(verb), [f for f in fields_of_verb(verb) if f.flags]
             left = {f.name for f in fields if f.key not in offered}
-            written = {"save_map", "st_map", "distance_map", "sheet", "page", "preview", "offset"}
+            written = {"save_map", "sheet", "page", "preview"}
             assert left <= {f.name for f in fields if f.local} | written
 
     def test_what_is_told_of_an_option_is_what_the_command_has(self) -> None:

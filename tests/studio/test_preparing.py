@@ -13,7 +13,7 @@ from studio.served import QUICK, pixels, png
 from intarsia.cli import Report
 from intarsia.cli.exemplars import ExemplarCache, Inputs, set_cache
 from intarsia.request import Request
-from intarsia.studio.jobs import PREPARED, Jobs
+from intarsia.studio.jobs import PREPARED, TRIAL, Jobs
 from intarsia.studio.processes import FailedError
 from intarsia.studio.store import Events, Store
 
@@ -27,9 +27,12 @@ class Worker:
 
     async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
         """Remember it."""
+        if do == "command" and TRIAL[1] in given["words"]:
+            self.asked.append(("prepare", given["words"]))
+            if "slow.png" in given["words"][1]:
+                await self.stopped.wait()
+            return {}, b""
         self.asked.append((do, given.get("words")))
-        if do == "prepare" and "slow.png" in given["words"][0]:
-            await self.stopped.wait()
         if do == "warm" and self.cold:
             heard({"warm": [1, 3]}, b"")
             await self.stopped.wait()
@@ -66,7 +69,7 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
             store.put("exemplars", row)
         jobs = Jobs(store, Events(), worker, Worker(), Worker())  # type: ignore[arg-type]
         jobs.begin()
-        trials = lambda: [words[0].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
+        trials = lambda: [words[1].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
         await settled(lambda: ("warm", None) in worker.asked)
         for name in ("0" * 16, "0" * 15 + "1", "f" * 16):
             jobs.prepare(name)

@@ -203,8 +203,7 @@ class TestJobs:
         ("options", "said"),
         [
             ({"output": "/tmp/x.png"}, "output"), ({"o": "x.png"}, "o"), ({"save_map": "x.npz"}, "save_map"),
-            ({"st_map": "x.exr"}, "st_map"), ({"report": "x.html"}, "report"), ({"sheet": "x.png"}, "sheet"),
-            ({"distance_map": "1,1 x.png"}, "distance_map"), ({"map": "height=/etc/passwd"}, "map"),
+            ({"report": "x.html"}, "report"), ({"sheet": "x.png"}, "sheet"), ({"map": "height=/etc/passwd"}, "map"),
             ({"force": True}, "force"), ({"max_pixels": 1}, "max_pixels"), ({"threads": 4}, "threads"),
             ({"mask": "/etc/passwd"}, "mask"), ({"mask": ["alpha"]}, "mask"), ({"mask": "-"}, "mask"),
             ({"jitter_output": "/etc/passwd"}, "an image's id"), ({"jitter_output": "-"}, "an image's id"),
@@ -250,7 +249,7 @@ class TestJobs:
     def test_every_option_that_reads_or_writes_a_file_is_known(self) -> None:
         for verb in requests.VERBS:
             offered = requests.options(verb)
-            written = {"output", "map", "save_map", "st_map", "distance_map", "sheet", "report", "preview"}
+            written = {"output", "map", "save_map", "sheet", "report", "preview"}
             assert not set(offered) & written
             read = [p for p in roles.command(verb).params if isinstance(p, click.Option) and roles.names_a_file(p)]
             named = [name for p in read if (name := max(p.opts, key=len)[2:].replace("-", "_")) in offered]

@@ -12,7 +12,6 @@ import pytest
 from click.testing import CliRunner, Result
 
 import intarsia as ia
-from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
 from intarsia.foundation import OVERLAYS
@@ -169,7 +168,7 @@ class TestSegments:
     def test_without_a_group_the_rule_is_the_autocorrelation(self) -> None:
         ia.write("gray.png", np.full((40, 50), 90, np.uint8))
         seen = told("gray.png")["segments"]
-        assert (seen["chosen"], seen["rule"], seen["scale"]) == (None, "autocorrelation", None)
+        assert (seen["chosen"], seen["rule"]) == (None, "autocorrelation")
         page = run("gray.png").stdout
         assert "1 in 1 group; none is chosen" in page
         assert "by rule autocorrelation: the exemplar is constant." in page
@@ -178,14 +177,11 @@ class TestSegments:
 class TestDrawn:
     def test_the_overlay_lies_on_the_joints(self) -> None:
         """Its points lie a lattice vector apart, where blocks begin; beside the lines the picture stays."""
-        run("weave.png", "--overlay", "a.png", "--overlay", "lattice=b.png", "-q")
-        assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
-        drawn = files.read_plane("a.png").pixels.astype(int)
-        plain = weave()
+        found, plain = ia.analyze("weave.png"), weave()
+        drawn = found.overlay().pixels.astype(int)
         assert drawn.shape == (120, 132, 3)
         changed = (drawn != plain[..., None]).any(axis=2)
         assert 0.1 < changed.mean() < 0.45
-        found = ia.analyze("weave.png")
         cell = found.lattice.vectors
         y, x = phase_of(features([found.exemplar]).pictures[0], cell)
         assert y % 20 < 3.1
@@ -216,53 +212,31 @@ class TestDrawn:
             one.overlay("magic")
 
     def test_segments_are_drawn_with_or_without_a_lattice(self) -> None:
-        run("blobs.png", "--overlay", "segments=s.png", "-q")
         exemplar = ia.read("blobs.png")
-        assert (files.read_plane("s.png").pixels == segment_overlay(exemplar)).all()
+        assert (ia.analyze("blobs.png").overlay("segments").pixels == segment_overlay(exemplar)).all()
 
 
 class TestTile:
     def test_it_is_one_period_of_the_exemplar_upright(self) -> None:
-        found = told("weave.png", "--best-tile", "tile.png")
-        assert sorted(found["best_tile"]) == ["corner", "cost", "rectangular", "size"]
-        assert found["best_tile"]["size"] == [24, 20]
-        assert found["best_tile"]["rectangular"]
-        assert found["files"] == [{"path": "tile.png", "holds": "albedo"}]
-        x, y = found["best_tile"]["corner"]
-        tile = files.read_plane("tile.png").pixels
-        assert np.array_equal(tile, weave()[y : y + 20, x : x + 24])
-        text = run("weave.png", "--best-tile", "again.png").stdout
-        assert f"best tile    at {x},{y}, cost " in text
+        tile = ia.analyze("weave.png").best_tile()
+        x, y = tile.corner
+        assert np.array_equal(tile.planes["albedo"].pixels, weave()[y : y + 20, x : x + 24])
 
     def test_depth_and_all_planes_are_kept(self) -> None:
         deep = weave().astype(np.uint16) * 257
-        ia.write("set_albedo.png", np.dstack([deep] * 3))
-        ia.write("set_height.png", deep)
-        run("set_albedo.png", "set_height.png", "--best-tile", "t.png", "-q")
-        colour, height = (files.read_plane(name).pixels for name in ("t.png", "t_height.png"))
+        planes = ia.analyze(ia.Exemplar.of({"albedo": np.dstack([deep] * 3), "height": deep})).best_tile().planes
+        colour, height = planes["albedo"].pixels, planes["height"].pixels
         assert colour.dtype == height.dtype == np.uint16
         assert np.array_equal(colour[..., 0], height)
 
-    def test_an_oblique_lattice_gives_a_parallelogram(self) -> None:
+    def test_an_oblique_lattice_has_no_such_tile(self) -> None:
         y, x = np.mgrid[:200, :220].astype(float)
         a, b = (x * 23.3 - y * 7.9) / 640.0, (x * 6.1 + y * 25.4) / 640.0
         waves = 127 + 60 * np.cos(2 * np.pi * a) + 60 * np.cos(2 * np.pi * b)
         found = ia.analyze(np.dstack([waves.astype(np.uint8)] * 3))
         assert found.lattice is not None
-        tile = found.best_tile()
-        assert not tile.rectangular
-        pixels = tile.planes["albedo"].pixels
-        assert pixels.shape[2] == 4
-        (p, q), (r, s) = found.lattice.pixels
-        inside = (pixels[..., 3] == 255).sum()
-        assert set(np.unique(pixels[..., 3])) == {0, 255}
-        assert abs(inside - abs(p * s - q * r)) < 2.5 * (np.hypot(p, q) + np.hypot(r, s))
-
-    def test_tiles_go_to_the_standard_output(self) -> None:
-        done = run("weave.png", "--best-tile", "-")
-        Path("piped.png").write_bytes(done.stdout_bytes)
-        assert files.read_plane("piped.png").pixels.shape == (20, 24)
-        assert "best tile" in done.stderr
+        with pytest.raises(ia.MethodError, match="no rectangle of at most 8 periods of exemplar 1 repeats"):
+            found.best_tile()
 
     def test_unlikeness_is_its_plain_form(self) -> None:
         picture = features([ia.Exemplar.of(texture(30, 40, 3, 1))]).pictures[0]
@@ -282,36 +256,15 @@ class TestTile:
 
 
 class TestRefused:
-    @pytest.mark.parametrize("asked", [("--best-tile", "t.png"), ("--overlay", "o.png")])
-    def test_no_lattice_no_picture(self, asked: tuple[str, str]) -> None:
-        line = refused("blobs.png", *asked, code=1)
-        assert "has no lattice (confidence 0." in line
-        assert "grow it with method graphcut" in line
-
-    @pytest.mark.parametrize("asked", [("--best-tile", "there.png"), ("--overlay", "there.png")])
-    def test_files_are_not_replaced_without_force(self, asked: tuple[str, str]) -> None:
-        ia.write("there.png", weave(9, 9))
-        before = Path("there.png").read_bytes()
-        assert "there.png exists" in refused("weave.png", *asked, code=2)
-        assert Path("there.png").read_bytes() == before
-        run("weave.png", *asked, "--force", "-q")
-        assert Path("there.png").read_bytes() != before
-
-    def test_nothing_is_written_where_one_of_two_pictures_fails(self) -> None:
-        assert "does not exist" in refused("weave.png", "--overlay", "o.png", "--best-tile", "no/t.png", code=3)
-        ia.write("rows_only.png", texture(90, 80, 3))
-        refused("rows_only.png", "--overlay", "o.png", "--best-tile", "t.png", code=1)
+    @pytest.mark.parametrize("asked", ["best_tile", "overlay"])
+    def test_no_lattice_no_picture(self, asked: str) -> None:
+        with pytest.raises(ia.MethodError, match=r"has no lattice \(confidence 0\..*grow it with method graphcut"):
+            getattr(ia.analyze("blobs.png"), asked)()
 
     @pytest.mark.parametrize(
         ("args", "code", "message"),
         [
-            (("weave.png", "--overlay", "magic=o.png"), 2, "give lattice=FILE, segments=FILE."),
-            (("weave.png", "--overlay", "o.txt"), 2, "o.txt"),
-            (("weave.png", "--overlay", "o.png", "--best-tile", "o.png"), 2, "o.png would be written twice"),
-            (("weave.png", "--overlay", "-", "--best-tile", "-"), 2, "holds one picture"),
-            (("weave.png", "--overlay", "-", "--json"), 2, "--json and -o -"),
-            (("weave.png", "blobs.png", "--several", "--overlay", "o.png"), 2, "would be written twice"),
-            (("weave.png", "blobs.png", "--several", "--overlay", "-"), 2, "here are 2 exemplars"),
+            (("weave.png", "--crop", "0,0,999,9"), 2, "--crop 0,0,999,9 does not lie in"),
             (("weave.png", "--toroidal", "--flatten"), 2, "--flatten does not go with --toroidal"),
         ],
     )

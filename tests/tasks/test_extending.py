@@ -109,7 +109,7 @@ BAD = {
     "a.png -o out.png --left 0": (2, "no side is extended"),
     "a.png -o out.png --left -3": (2, "Invalid value for '--left'"),
     "a.png b.png -o out.png": (2, "2 pictures are given for one output"),
-    "a.png -o out.png --method repeat --patch 9": (2, "patch: repeat has no such parameter"),
+    "a.png -o out.png --method image-quilting --refinements 9": (2, "refinements: image-quilting has no"),
     "a.png -o out.png --patch 90": (2, "patch=90 is larger than the exemplar"),
     "a.png -o out.png --right 1048577": (2, "Invalid value for '--right'"),
     "a.png -o out.png --right 1048576 --bottom 1048576": (2, "size=1048624x1048616 is not allowed"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from pathlib import Path
 
@@ -16,10 +17,10 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.model.image import Transfer
 from intarsia.seams import energy
 from intarsia.synthesis import filled
-from intarsia.tasks import completion
 from intarsia.tasks.completion import dilated_hole, least_energy, methods_to_try, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, looked_up, noise, texture
 
+completion = importlib.import_module("intarsia.tasks.completion")  # itself, which is patched, not its stand-in
 QUILTING = ia.ImageQuilting(patch=14, overlap=5, tolerance=0)
 METHODS = {"quilting": QUILTING, "sampling": ia.PatchSampling(patch=6, overlap=4), "automatic": "image-quilting"}
 Mask = NDArray[np.bool_]

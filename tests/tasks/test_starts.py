@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
-from intarsia.model.sourcemap import identity
 from intarsia.patches import batch_numbers, fill_order, neighbour_query, window_batches
 from intarsia.search import WindowGrid
-from intarsia.tasks.completion import Margins, dilated_hole, extension, scene_to_heal, with_hole
+from intarsia.tasks.completion import Margins, dilated_hole, extension, scene_to_heal
 from intarsia.testing.cases import noise, texture
 
 WRAPS = [(False, False), (True, False), (False, True), (True, True)]
@@ -128,7 +127,6 @@ def test_a_hole_grows_on_all_sides_and_around_the_border() -> None:
         (lambda e: Margins(left=-1), ia.ParameterError, "left=-1 is not allowed"),
         (lambda e: Margins(), ia.ParameterError, "no side is extended"),
         (lambda e: extension(e, Margins(right=1 << 30)), ia.ParameterError, "size="),
-        (lambda e: with_hole(identity([e.source], 0), np.ones((3, 3))), ia.InputError, "the hole's mask is 3x3 px"),
         (lambda e: dilated_hole(np.ones((3, 3)), -1), ia.ParameterError, "grow=-1 is not allowed"),
     ],
 )

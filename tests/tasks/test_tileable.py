@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, method_class
-from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, periodic_size, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting
 
@@ -85,7 +85,7 @@ def test_single_elements_are_not_levelled() -> None:
 
 @pytest.mark.parametrize("slug", [s for s in METHODS if {Ability.START, Ability.WRAP} <= method_class(s).supports])
 def test_every_method_that_can_keeps_the_inside(slug: str) -> None:
-    pixels = np.tile(texture(16, 12, 3, 7), (4, 12, 1))  # near-regular needs a lattice
+    pixels = np.tile(texture(16, 12, 3, 7), (4, 12, 1))
     made = ia.tile(pixels, slug, band=14, run=ONE)
     kept = inside(pixels.shape, "both", 14)
     assert made.method.slug == slug
@@ -216,14 +216,6 @@ def test_what_is_small_along_the_other_axis_may_be() -> None:
     assert ia.tile(texture(15, 60, 3, 2), axes="x", band=12, run=ONE).render().pixels.shape == (15, 60, 3)
 
 
-def test_the_half_shift_is_of_the_picture_as_it_was() -> None:
-    pixels = texture(40, 48, 3, 1)
-    scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.BOTH, None, None)
-    assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels, (20, 24), (0, 1)))
-    scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.Y, None, (36, 40))
-    assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels[2:38, 4:44], 18, 0))
-
-
 class TestCommand:
     @pytest.fixture(autouse=True)
     def _in_a_folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,13 +228,12 @@ class TestCommand:
         return result
 
     def test_it_writes_all_that_it_is_asked_for(self) -> None:
-        told = self.run("tile a.png -o o.png --preview p.png --preview-tiles 2 --offset q.png --axes x --json")
+        told = self.run("tile a.png -o o.png --preview p.png --axes x --json")
         made = ia.tile("a.png", axes="x").render()
         assert np.array_equal(files.read_plane("o.png").pixels, made.pixels)
-        assert np.array_equal(files.read_plane("p.png").pixels, np.tile(made.pixels, (1, 2, 1)))
-        assert np.array_equal(files.read_plane("q.png").pixels, np.roll(texture(48, 52, 3, 4), 26, 1))
+        assert np.array_equal(files.read_plane("p.png").pixels, np.tile(made.pixels, (1, 3, 1)))
         answer = json.loads(told.stdout)
-        assert [f["holds"] for f in answer["files"]] == ["albedo", "preview", "offset"]
+        assert [f["holds"] for f in answer["files"]] == ["albedo", "preview"]
         assert answer["wrap"] == "x"
 
     def test_a_wall_is_cut_to_whole_periods_and_that_is_told_once(self) -> None:
@@ -266,7 +257,7 @@ class TestCommand:
             ("--size 60x40", 2, "size=60x40 cannot be cut out of a (52x48 px)"),
             ("--patch 100", 2, "patch=100 is larger than the exemplar"),
             ("--preview -", 2, "--preview needs the name of a file"),
-            ("--offset p.gif", 2, "p.gif"),
+            ("--preview p.gif", 2, "p.gif"),
             ("--preview o.png", 2, "o.png would be written twice"),
         ],
     )

@@ -272,7 +272,7 @@ def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
 def course_lines(plain: Features, exemplar: Exemplar) -> CourseLines | None:
     """Return the lines between the courses of the single exemplar that features are of; None if it has none."""
     return plain.memo("courses", lambda: oriented_energy.course_lines_of(
-        outlines(plain, [exemplar])[0], plain.pictures[0].shape, exemplar.toroidal
+        outlines(plain, [exemplar])[0], plain.pictures[0].shape
     ))  # fmt: skip
 
 

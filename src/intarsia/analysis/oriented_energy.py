@@ -180,32 +180,15 @@ class CourseLines(NamedTuple):
         return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
 
 
-def course_lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> CourseLines | None:
+def course_lines_of(found: Outlines, shape: tuple[int, ...]) -> CourseLines | None:
     """Return the lines between the courses of a picture of this shape, from its outlines; None if it has none."""
-    both = [_along(axis, found.sure(found.along[axis]), toroidal) for axis in (0, 1)]
+    both = [_along(axis, found.sure(found.along[axis])) for axis in (0, 1)]
     courses = [lines for lines in both if lines is not None]
     if not courses:
         return None
     best = max(courses, key=lambda lines: lines.clear)
     columns = np.minimum(np.arange(shape[1 - best.axis]) // found.factor, best.at.shape[1] - 1)
     return best._replace(at=best.at[:, columns] * found.factor + found.factor // 2)
-
-
-def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
-    """Return the rows of the lines above and below every pixel of a picture n px high, (n, W) each.
-
-    Beyond the first and last line, lines are repeated at the mean height of courses; on a torus they wrap.
-    """
-    if toroidal:
-        at = np.concatenate([at[-1:] - n, at, at[:1] + n])
-    else:
-        high = max(int((at[-1] - at[0]).sum()) // ((len(at) - 1) * at.shape[1]), 1)
-        more = high * np.arange(1, max(int(at[0].max()), n - int(at[-1].min())) // high + 2)[:, None]
-        at = np.concatenate([at[0] - more[::-1], at, at[-1] + more])
-    number, y = np.zeros((n, at.shape[1]), np.int64), np.arange(n)[:, None]
-    for line in at[1:-1]:
-        number += y >= line
-    return np.take_along_axis(at, number, axis=0), np.take_along_axis(at, number + 1, axis=0)
 
 
 def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
@@ -219,25 +202,21 @@ def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
     return shortest_paths.trace(total, end, bend), -int(total[-1, end])
 
 
-def _along(axis: int, sure: Array, toroidal: bool) -> CourseLines | None:
+def _along(axis: int, sure: Array) -> CourseLines | None:
     """Return the lines between courses along one axis, found in the order of their sureness; None if there are none."""
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
-    left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # two periods: lines close on a torus
-    found, length = list[Array](), left.shape[1]
-    while (best := surest_line(left, BEND))[1] >= LEAST_LINE * SURE * length:
-        line = np.roll(best[0][w // 2 : w // 2 + w], w // 2) if toroidal else best[0]
+    left, found = sure.copy(), list[Array]()
+    while (best := surest_line(left, BEND))[1] >= LEAST_LINE * SURE * w:
+        line = best[0]
         if _goes_through(sure[line, np.arange(w)]):
             found.append(line)
-        far = np.abs(y - line)
-        taken = (np.minimum(far, h - far) if toroidal else far) < close
-        left[np.tile(taken, (1, length // w))] = -length * SURE
+        left[np.abs(y - line) < close] = -w * SURE
     if len(found) < FEWEST:
         return None
     at = np.sort(np.array(found), axis=0)
-    ends = [at[-1:] - h, at[:1] + h] if toroidal else [np.zeros_like(at[:1]), np.full_like(at[:1], h)]
-    gaps = np.diff(np.concatenate([ends[0], at, ends[1]]), axis=0).sum(axis=1)
-    clear = _clear(sure, at, toroidal)
+    gaps = np.diff(np.concatenate([np.zeros_like(at[:1]), at, np.full_like(at[:1], h)]), axis=0).sum(axis=1)
+    clear = _clear(sure, at)
     if int(gaps.max()) * WIDEST > h * w or clear < CLEAR:
         return None
     return CourseLines(axis, at, clear)
@@ -249,13 +228,13 @@ def _goes_through(sure: Array) -> bool:
     return all(int(part.sum()) >= ENDS[1] * SURE * len(part) for part in parts)
 
 
-def _clear(sure: Array, at: Array, toroidal: bool) -> float:
+def _clear(sure: Array, at: Array) -> float:
     """Return the ratio of the mean sureness within 1 px of lines to that in the middle four tenths between them."""
-    h = len(sure)
-    above, below = _around(at.astype(np.int64), h, toroidal)
-    up, down = np.arange(h)[:, None] - above, below - np.arange(h)[:, None]
-    inside = np.ones(sure.shape, bool) if toroidal else (above >= at[0]) & (below <= at[-1])
-    on = inside & (np.minimum(up, down) <= 1)
-    middle = inside & (10 * np.minimum(up, down) >= 3 * (below - above))
+    y = np.arange(len(sure))[:, None]
+    number = np.sum([y >= line for line in at[1:-1]], axis=0)  # of the line above, of those that have one below
+    above, below = np.take_along_axis(at, number, axis=0), np.take_along_axis(at, number + 1, axis=0)
+    inside, near = (at[0] <= y) & (y < at[-1]), np.minimum(y - above, below - y)
+    on = inside & (near <= 1)
+    middle = inside & (10 * near >= 3 * (below - above))
     between = int(sure[middle].sum()) * max(int(on.sum()), 1)
     return int(sure[on].sum()) * int(middle.sum()) / max(between, 1)

@@ -142,22 +142,19 @@ class Auto:
         expect(self.given, Mapping, "given", "a dict of parameters")
         expect(self.needs, (set, frozenset), "needs", "a set of abilities")
         object.__setattr__(self, "needs", frozenset(chosen(Ability, "needs", need) for need in self.needs))
-        able = [s for s in METHODS if self.given.keys() <= parameters_of(s).keys()]
-        able = [s for s in able if self.needs <= method_class(s).supports]
-        if not able:
-            asked = ", ".join([*self.given, *sorted(a.value for a in self.needs)])
-            raise ParameterError(f"no method has all of {asked}; drop some, or name a method.")
-        kept, refused = [], None
-        for slug in able:
+        able, refused = list[str](), None
+        for slug in METHODS:
+            if not (self.given.keys() <= parameters_of(slug).keys() and self.needs <= method_class(slug).supports):
+                continue
             try:
                 make(slug, dict(self.given))
-                kept.append(slug)
+                able.append(slug)
             except ParameterError as e:
                 refused = refused or e
-        if not kept:
-            assert refused is not None
-            raise refused
-        object.__setattr__(self, "able", tuple(kept))
+        if not able:
+            asked = ", ".join([*self.given, *sorted(a.value for a in self.needs)])
+            raise refused or ParameterError(f"no method has all of {asked}; drop some, or name a method.")
+        object.__setattr__(self, "able", tuple(able))
 
     def choose(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> Choice:
         """Return the choice of the first rule that holds, among the methods with the needed abilities.

@@ -1,4 +1,4 @@
-"""Measurements of exemplar and canvas that the rules of automatic choice use, their report as JSON, and warnings.
+"""Measurements of exemplar and canvas that the rules of automatic choice use, their report in words, and warnings.
 
 Each measurement is made when a rule asks for it.
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +18,8 @@ from ..analysis import block_sums, blocks
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.illumination import Illumination, illumination_of
-from ..analysis.oriented_energy import CLEAR, CourseLines
-from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
-from ..analysis.symmetry import allowed_isometries
+from ..analysis.oriented_energy import CourseLines
+from ..analysis.structure import edge_coherence
 from ..foundation import lazy
 from ..foundation.arrays import Int16
 from ..foundation.geometry import UNIT
@@ -39,14 +38,12 @@ else:  # most exemplars need some of them, few need all
     block_grid, tile_search = lazy("intarsia.regular.block_grid"), lazy("intarsia.regular.tile_search")
     unequal_courses, wall = lazy("intarsia.regular.unequal_courses"), lazy("intarsia.regular.wall")
 
-WORK_SIDE = 512  # px: of larger exemplars structure, outlines, symmetry, border and light are those of a reduced copy
+WORK_SIDE = 512  # px: of larger exemplars coherence, outlines and light are those of a reduced copy
 COMPARED = 1024  # px: least side of the square in the middle in which periods are compared, which takes at most 8 s
 SAMPLED = 1 << 18  # px, about, in which colours are counted, which takes a few ms
 
 
 # Thresholds of what is detected; each was halved and doubled on 92 textures (docs/design/012).
-NAMES = 16  # a picture of at most so many colours holds labels, as label maps and pixel art do
-EQUAL = 9  # of 10 neighbours that must have the same colour in such a picture; by definition: labels form regions
 # A lattice is loose if it repeats less than PARTLY of the exemplar and its points are missed by LOOSE px (rms) or more.
 PARTLY = 0.6  # with 0.4 roof scales and pavers count as a lattice and are cut, with 0.9 three lattices are lost
 LOOSE = 1.0  # with 0.5 the same textures are loose, with 2 roof scales and pavers count as a lattice and are cut
@@ -55,11 +52,6 @@ ROWS = 3  # with 2 clouds and a manhole cover are ordered, too; with 6 six textu
 HINT = 0.045  # with half the number the same textures are ordered, with double six no longer are
 BRICKS = 0.5  # share of courses that must be whole bricks; seven textures of courses have 0.62 and more, text 0.28
 ALONG = 0.1  # of the pitch of rows: tolerance for vectors along rows or to the next one; 0 to 0.4 give the same
-
-
-SURE = 0.3  # confidence of a lattice, and above, that is reported as 1
-NEAR = 0.03  # distance of outlines from OUTLINED reported as a near tie: twice the change when 10 % are cropped off
-CLOSE = 0.1  # relative distance of a lattice from a bound reported as one: its change when 10 % are cropped off
 
 
 # Thresholds of the rules. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and doubled
@@ -124,17 +116,6 @@ class Facts:
         seen = seen.reshape(-1, self.picture.shape[2])
         few = seen[:: max(1, len(seen) // SAMPLED)]
         return not len(seen) or bool((few == seen[:1]).all() and (seen == seen[:1]).all())
-
-    @cached_property
-    def names(self) -> bool:
-        """Whether it holds a few exact colours in regions: labels, masks, line art."""
-        base = self.exemplar.base
-        if base.kind is Kind.LABEL:
-            return True
-        if base.is_float:
-            return False
-        step = max(1, math.isqrt(self.exemplar.height * self.exemplar.width // SAMPLED))
-        return flat_colours(base.samples[::step, ::step], NAMES, EQUAL)
 
     @cached_property
     def lattices(self) -> Lattices:
@@ -242,9 +223,9 @@ class Facts:
         return features([self.small])
 
     @cached_property
-    def structure(self) -> Structure:
-        """The strength and the coherence of its edges."""
-        return structure_of(self._seen.pictures[0], self.small.usable)
+    def coherence(self) -> float:
+        """How far all edges have one direction, 0 to 1."""
+        return edge_coherence(self._seen.pictures[0], self.small.usable)
 
     @cached_property
     def outlines(self) -> float:
@@ -266,16 +247,6 @@ class Facts:
         return wall.brick_share(vectors_of(rows), self.exemplar) >= BRICKS
 
     @cached_property
-    def symmetry(self) -> tuple[int, ...]:
-        """The numbers, 0 to 7, of the isometries under which its statistics are invariant."""
-        return allowed_isometries([self.small])
-
-    @cached_property
-    def border(self) -> Border:
-        """Whether it is periodic across its borders."""
-        return border_of(self._seen.pictures[0], self.small.usable)
-
-    @cached_property
     def light(self) -> Illumination:
         """Its illumination gradient."""
         apart = float(self.element.size)
@@ -285,120 +256,39 @@ class Facts:
         return illumination_of(self.small, apart / self.reduction)
 
     @property
-    def enlargement(self) -> float:
-        """Area of the output divided by that of the exemplars."""
-        area = sum(e.height * e.width for e in self.exemplars)
-        return self.canvas.height * self.canvas.width / area
-
-    @property
     def across(self) -> float:
         """The number of elements along the shorter side."""
         return self.side / max(self.element.size, 1)
 
 
-Fact = tuple[Any, float, str]  # a value for JSON, its confidence from 0 to 1, and its meaning in a few words
-
-
-def measurements(f: Facts) -> dict[str, dict[str, Any]]:
-    """Return all measurements: value for JSON, confidence from 0 to 1, and meaning in a few words."""
-    e, s, light, border, kept = f.element, f.structure, f.light, f.border, list(f.symmetry)
-    looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
-    step = {"rows": border.rows, "columns": border.columns}
-    across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
-    rows: dict[str, Fact] = {
-        "lattice": _lattice(f),
-        "variation": _variation(f),
-        "elements": (
-            {"size": e.size, "width": e.width, "height": e.height}, e.found / 12,
-            f"about {e.size} px ({e.width} wide, {e.height} high)" if e.found else f"not seen; {e.size} px is a guess",
-        ),
-        "structure": (
-            {"coherence": round(s.coherence, 3), "angle": s.angle}, s.coherence,
-            f"edges run at {s.angle:.0f} degrees ({s.coherence:.2f})" if s.coherence > 0.25 else "no direction",
-        ),
-        "outlines": _outlines(f),
-        "courses": _courses(f),
-        "symmetry": (kept, 1.0, f"keeps its look {looks}" if len(kept) > 1 else "upright only"),
-        "border": (
-            {axis: round(n, 3) if n < 1e9 else None for axis, n in step.items()} | {"closed": border.closed},
-            0.5 if 1 <= max(step.values()) <= 2 else 1.0,
-            "continues across its borders" if border.closed else "does not continue across its borders",
-        ),
-        "light": (
-            {"share": round(light.share, 3), "factor": round(light.factor, 3)}, light.share,
-            f"a slope, {light.factor:.1f} times brighter on one side" if light.strong else "no strong slope",
-        ),
-        "size": ({"enlargement": round(f.enlargement, 2), "across": round(f.across, 2)}, e.found / 12, across),
-        "kind": _kind(f),
-    }  # fmt: skip
-    if f.reduction > 1:
-        said = f"structure, outlines, symmetry, border and light are those of a copy 1/{f.reduction}"
-        rows["reduced"] = (f.reduction, 1.0, said)
+def measurements(f: Facts) -> dict[str, str]:
+    """Return what the rules and the warnings look at, by name, in words."""
+    e, light, varied = f.element, f.light, "no periods to compare"
+    if f.two is not None:
+        differ, joints = f"periods differ by {100 * f.variation:.0f} % of the contrast", f"{f.joints:.2f} of others"
+        varied = f"{differ}; cuts in joints cost {joints}"
+    kept = "joints or lines that must be kept" if f.outlines >= OUTLINED else "no outline that must be kept"
+    size = f"about {e.size} px ({e.width} wide, {e.height} high), {f.across:.1f} of them across"
     return {
-        name: {"value": value, "confidence": round(sure, 3), "says": says} for name, (value, sure, says) in rows.items()
+        "lattice": _lattice(f),
+        "variation": varied,
+        "elements": size if e.found else f"not seen; {e.size} px is a guess",
+        "outlines": f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}",
+        "courses": "no lines across it that part courses" if f.courses is None else f.courses.told,
+        "light": f"a slope, {light.factor:.1f} times brighter on one side" if light.strong else "no strong slope",
     }
 
 
-def _lattice(f: Facts) -> Fact:
-    tie = _lattice_tie(f)
-    if f.lattice is None:
-        best = max((one.confidence for one in f.lattices.ranked), default=0.0)
-        about = "" if f.about is None else f", but elements lie about steps of {_shown(f.about)} px"
-        return (None, max(0.0, 1 - best / SURE), f"none (best candidate {best:.2f}){tie}{about}")
-    vectors = [[x / UNIT, y / UNIT] for y, x in f.lattice.vectors]
-    said = f"{_shown(f.lattice)} px, confidence {f.lattice.confidence:.2f}{tie}"
-    return (vectors, min(1.0, f.lattice.confidence / SURE), said)
+def _lattice(f: Facts) -> str:
+    if f.lattice is not None:
+        return f"{_shown(f.lattice)} px, confidence {f.lattice.confidence:.2f}"
+    best = max((one.confidence for one in f.lattices.ranked), default=0.0)
+    about = "" if f.about is None else f", but elements lie about steps of {_shown(f.about)} px"
+    return f"none (best candidate {best:.2f}){about}"
 
 
 def _shown(found: Lattice) -> str:
     return " and ".join(f"{x:.2f},{y:.2f}" for x, y in vectors_of(found))
-
-
-def _tie(value: float, bound: float, said: str) -> str:
-    """Return a remark if a value is so close to a bound that a similar exemplar may get another rule; else empty."""
-    return f", but {said}: nearly a tie" if abs(value - bound) < CLOSE * bound else ""
-
-
-def _lattice_tie(f: Facts) -> str:
-    """Return a remark if the lattice is barely accepted or rejected, by confidence or by the share that repeats."""
-    found = f.lattices.accepted
-    if found is not None and found.kind == "2-D" and found.residual >= LOOSE:
-        partly = f"{found.repeats:.2f} of the exemplar repeats, and {PARTLY} makes a lattice"
-        if said := _tie(found.repeats, PARTLY, partly):
-            return said
-    sure = found or max(f.lattices.ranked, key=lambda one: one.share, default=None)
-    return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
-
-
-def _variation(f: Facts) -> Fact:
-    if f.two is None:
-        return (None, 1.0, "no periods to compare")
-    said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
-    return (round(f.variation, 4), min(1.0, f.two.confidence / SURE), said)
-
-
-def _outlines(f: Facts) -> Fact:
-    far = abs(f.outlines - OUTLINED)
-    kept = "joints or lines that must be kept" if f.outlines >= OUTLINED else "no outline that must be kept"
-    tie = f", but {OUTLINED} parts the two: nearly a tie" if far < NEAR else ""
-    said = f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}{tie}"
-    return (round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
-
-
-def _courses(f: Facts) -> Fact:
-    lines = f.courses
-    if lines is None:
-        return (None, 0.5, "no lines across it that part courses")
-    value = {"axis": ("rows", "columns")[lines.axis], "heights": lines.heights, "clear": round(lines.clear, 2)}
-    return (value, min(1.0, lines.clear / (2 * CLEAR)), lines.told)
-
-
-def _kind(f: Facts) -> Fact:
-    base = f.exemplar.base
-    kind = "names" if f.names else base.kind.value
-    said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)
-    deep = str(base.pixels.dtype)
-    return (kind, 1.0, f"{said}, {base.channels} channels of {deep}{' with opacity' if base.alpha else ''}")
 
 
 def warnings_of(f: Facts) -> tuple[str, ...]:

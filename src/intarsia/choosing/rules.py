@@ -39,10 +39,10 @@ def _nothing(f: Facts) -> Record:
 
 
 def _goes_on(f: Facts) -> bool:
-    """Whether a picture with a 2-D lattice is extended; in holes, whose rim is 0, patches fit better than blocks."""
+    """Whether a picture with a 2-D lattice is extended; holes, whose rim is 0, may lie beside its lattice."""
     canvas = f.canvas
     begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
-    return begun and f.two is not None
+    return begun and canvas.height * canvas.width <= VAST and f.two is not None
 
 
 def _closes(f: Facts) -> bool:
@@ -111,9 +111,10 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
     ),
     ChoiceRule(
-        "begun-lattice", "near-regular", "part of the canvas is filled already, its rim may change, and the exemplar "
-        "has a lattice of two vectors",
-        _goes_on, _lattice, lambda f: (_differ(f), "What is there goes on by its lattice."),
+        "begun-lattice", "graphcut", "part of the canvas is filled already, its rim may change, the exemplar has a "
+        f"lattice of two vectors, and the canvas at most {VAST >> 20} million px",
+        _goes_on, lambda f: _by(f.two, evenness=STEPPED),
+        lambda f: (_differ(f), "What is there goes on by patches of free shape, whole steps of it apart."),
     ),
     ChoiceRule(
         "begun", "image-quilting", "part of the canvas is filled already",
@@ -159,8 +160,9 @@ RULES: tuple[ChoiceRule, ...] = (
         ),
     ),
     ChoiceRule(
-        "periods", "near-regular", "a lattice of two vectors",
-        lambda f: f.two is not None, _lattice, lambda f: (_differ(f), "Each of them is used."),
+        "periods", "near-regular", "a lattice of two vectors, and a canvas that does not wrap",
+        lambda f: f.two is not None and f.canvas.wrap is Wrap.NONE, _lattice,
+        lambda f: (_differ(f), "Each of them is used."),
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",

@@ -85,22 +85,23 @@ def print_error(line: str) -> None:
         click.echo(legible(line), err=True)
 
 
-def print_lines(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
-    """Write lines to stdout; ResourceError if that fails, with what is `done` nevertheless."""
+def print_lines(lines: Iterable[str]) -> None:
+    """Write lines to stdout; ResourceError if that fails."""
     try:
         click.echo("\n".join(map(legible, lines)))
     except BrokenPipeError:
         raise
     except OSError as e:
         _drop_stdout()
-        raise ResourceError(f"the standard output: {reason_of(e)}; the result was not printed, but {done}.") from None
+        said = f"the standard output: {reason_of(e)}; the result was not printed, but all else is done."
+        raise ResourceError(said) from None
 
 
-def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
+def say_json(answer: Any) -> None:
     """Write an object to stdout as JSON, in plain ASCII without control characters."""
     import json
 
-    print_lines(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
+    print_lines(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines())
 
 
 @contextmanager
@@ -286,9 +287,7 @@ class Report:
     def result(self, result: dict[str, Any]) -> None:
         """Print the result, if JSON is wanted."""
         if self.as_json:
-            written = "files" in result or "results" in result
-            done = "the files are written" if written and "dry_run" not in result else "nothing else was to be done"
-            say_json({**result, "warnings": self.warnings}, done)
+            say_json({**result, "warnings": self.warnings})
 
     @contextmanager
     def watching(self, parts: int) -> Iterator[Progress]:
@@ -401,7 +400,7 @@ def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) ->
 
     usual = {name: p.default for name, p in parameters_of(about["method"]).items()}
     values = [(k, v) for k, v in about["parameters"].items() if v != usual[k]] or [("all", "usual")]
-    lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
+    lines = [f"{name:13}{said}" for name, said in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(values)]

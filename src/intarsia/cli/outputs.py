@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import files
 from ..disk import atomic, reason_of
@@ -77,13 +77,6 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> PlaneFiles:
-    """Return one file for all planes; ParameterError if they cannot be its layers."""
-    planes = {name: exemplar.planes[name] for name in exemplar.drawn}
-    files.check_layered(out, planes, depth)
-    return dict.fromkeys(planes, out)
-
-
 def check_depths(pictures: PlaneFiles, exemplar: Exemplar, size: Pair, request: Request) -> None:
     """Raise ParameterError for depths, channels and sides that files cannot hold; `size`: width, height of the base."""
     for name, path in pictures.items():
@@ -91,21 +84,6 @@ def check_depths(pictures: PlaneFiles, exemplar: Exemplar, size: Pair, request: 
         assert plane is not None
         width, height = (side * plane.width // (exemplar.width * request.magnify) for side in size)
         files.check_depth(path, plane, request.depth, (width, height))
-
-
-def by_file(pictures: PlaneFiles) -> dict[str, list[str]]:
-    """Return the planes of each file."""
-    found: dict[str, list[str]] = {}
-    for name, path in pictures.items():
-        found.setdefault(path, []).append(name)
-    return found
-
-
-def check_apart(pictures: PlaneFiles) -> None:
-    """Raise ParameterError if two planes would be written to one file."""
-    for path, names in by_file(pictures).items():
-        if len(names) > 1 and path != "-":
-            raise _twice(path)
 
 
 def _twice(path: str) -> ParameterError:
@@ -224,21 +202,8 @@ class Staging:
                 raise ResourceError(f"{target} cannot be written ({reason_of(e)}); name another place.") from None
 
 
-def index_name(request: Request, many: bool) -> str | None:
-    """Return the name of the one report on several outputs; None if each has its own, or none is asked for."""
-    page = request.page
-    if page is None or not many or "{stem}" in page or "{seed}" in page:
-        return None
-    if any("{" + name + "}" in page for name in FIELDS):
-        raise ParameterError(
-            f"--report {page}: it tells of several outputs; put {{stem}} or {{seed}} into its name, or no field."
-        )
-    return page
+def write_page(staging: Staging, path: str, found: Outcome) -> None:
+    """Write the report on an output."""
+    from ..tasks.report import page_of
 
-
-def write_page(staging: Staging, path: str, found: Outcome | list[tuple[Outcome, Any]]) -> None:
-    """Write the report on one output, or on several with their thumbnails."""
-    from ..tasks import report
-
-    page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
-    files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))
+    files.write_bytes(staging.place(path), page_of(found).encode("utf-8", "replace"))

@@ -18,7 +18,7 @@ from ..files.material_sets import Material
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
-from ..methods import Method, measures_distances, recipe_settings, traits
+from ..methods import Method, recipe_settings, traits
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import dtype_of
@@ -30,12 +30,9 @@ from ..tasks import small_of
 from . import Report
 from .exemplars import Inputs, PlaneFiles, check_each, grouped, sets_of, stem_of
 from .outputs import (
-    by_file,
-    check_apart,
     check_depths,
     check_place,
     filled_name,
-    layer_files,
     plane_files,
     usual_ending,
     usual_name,
@@ -60,11 +57,11 @@ SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
 """Bytes that a method keeps for each px of the exemplars while it works; of other methods, and around a start:"""
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
-KEPT = {
-    "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
-    "offset": "offset",
-}  # fmt: skip
+KEPT = {"save_map": "map", "page": "report", "preview": "preview"}
 """Fields of a request that name files beside the pictures, and what each holds."""
+
+PREVIEWED = 3
+"""How often a preview repeats the picture along an axis."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +76,7 @@ class Output:
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files, and what each holds."""
-        pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
-        return pictures + [(path, what) for what, path in self.beside.items()]
+        return [(path, what) for found in (self.pictures, self.beside) for what, path in found.items()]
 
     @property
     def cut_from(self) -> Pair | None:
@@ -113,7 +109,7 @@ class Output:
             swapped = made if made == 2 else 0  # bytes of 16 bits
             written = (made if made != held else 0) + ENCODED * made + swapped
             drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
-        judged = LIBRARIES + EACH * width * height if request.page is not None or request.gates else 0
+        judged = LIBRARIES + EACH * width * height if request.page is not None else 0
         return int(max(LEAST, peak_memory() + WORKING) + own * searched + area * each + drawn) + judged
 
     def line(self, slug: str) -> str:
@@ -186,17 +182,17 @@ def shelves_of(request: Request, report: Report) -> list[Inputs]:
     return shelves
 
 
-def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None) -> list[Output]:
+def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Output]:
     """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
-    `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
+    `check` may refuse what was read.
     """
     request, sets = shelf.request, shelf.sets
     if request.size is not None and not request.begun:
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
     fields: Json = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
-    if request.out and not request.layers:
+    if request.out:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
         check(shelf.scene)
@@ -204,34 +200,20 @@ def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None)
     exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
     fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
     asked = {what: getattr(request, name) for name, what in KEPT.items()}
-    asked["distances"] = request.distance_map and request.distance_map[1]
-    asked["report"] = request.page if paged else None
     for seed in request.seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
-        if not request.layers:
-            check_apart(pictures)
         beside = {what: filled_name(path, fields) for what, path in asked.items() if path is not None}
         orders.append(Output(shelf, seed, pictures, beside))
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-    if request.gates:
-        from ..tasks.scoring import check_gates
-
-        check_gates(request.gates)
     return orders
 
 
 def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fields: Json) -> PlaneFiles:
     """Return the file of each plane: as -o names it, or by the exemplars, and by the seed if there are several."""
     usual = usual_name(sets, OUTPUT_SUFFIX[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
-    if request.layers:
-        if request.folder:
-            out = join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
-        else:
-            out = filled_name(request.out, fields) if request.out else usual + ".exr"
-        return layer_files(out, exemplar, request.depth)
     if request.out:
         return plane_files(filled_name(request.out, fields), sets[0])
     found, longer = sets[0], max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
@@ -253,33 +235,18 @@ def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fiel
 
 def method_as_json(method: Method, blend: Blend) -> Json:
     """Return a method and its blending as JSON, x before y."""
-    its = {"method": method.slug, "parameters": recipe_settings(method)}
-    return its | traits(method).spans | {"blend": blend.as_recipe}
+    return {"method": method.slug, "parameters": recipe_settings(method), "blend": blend.as_recipe}
 
 
 def check_formats(order: Output) -> None:
-    """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
-    request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
-    first = exemplars[0]
+    """Raise ParameterError for what formats of files cannot hold."""
+    request, beside, first, size = order.shelf.request, order.beside, order.shelf.scene.exemplars[0], order.shelf.size
     check_depths(order.pictures, first, size, request)
     for path in order.pictures.values():
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
     if "map" in beside and Path(beside["map"]).suffix.lower() != ".npz":
         raise ParameterError(f"--save-map {beside['map']}: a map is saved as .npz; end the name in it.")
-    if "st map" in beside:
-        if Path(beside["st map"]).suffix.lower() != ".exr":
-            raise ParameterError(f"--st-map {beside['st map']}: an ST map is saved as .exr; end the name in it.")
-        if len(exemplars) > 1:
-            raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
-    for what, times in (("preview", request.tiles), ("offset", 1)):
-        if what in beside:
-            check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
-    if request.distance_map is not None:
-        (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
-        if not (x < size[0] and y < size[1]):
-            raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
-        if Path(path).suffix.lower() not in (".exr", ".tif", ".tiff", ".png"):
-            raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-        if not measures_distances(method):
-            raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
+    if "preview" in beside:
+        large = size[0] * PREVIEWED, size[1] * PREVIEWED
+        check_depth(beside["preview"], first.planes[first.drawn[0]], request.depth, large)

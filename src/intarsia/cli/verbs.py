@@ -18,7 +18,7 @@ from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
 from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, RENAMED, method_class, preset
 from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
-from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
+from ..request.field import FLAG, Field, File, Kind, Number, Whole
 from ..request.fields import methods_for
 from . import Report, enable_collection
 
@@ -85,8 +85,6 @@ def type_of(kind: Kind) -> Any:
     """Return the type of click for a kind of values; click's own types, with their messages, if there is one."""
     if isinstance(kind, File):
         return FILE
-    if isinstance(kind, Pair):
-        return tuple(map(type_of, kind.kinds))
     if isinstance(kind, Number):
         return InRange(kind.low, kind.high)
     if isinstance(kind, Whole) and not kind.choices:
@@ -151,7 +149,7 @@ MEANT = dict.fromkeys(("--tileable", "--seamless", "--tiling", "--tile"), "--wra
 """Usual words for an option -> its name here."""
 
 WIDEST = 26  # characters: a longer list of values gives way to a name
-WHOLE, METHOD = f"{__name__}.whole", f"{__name__}.method"
+WHOLE = f"{__name__}.whole"
 SENTENCE = re.compile(r"(?<=[^.]\.) |; automatic:")
 
 Rows = list[tuple[str, str]]
@@ -163,7 +161,7 @@ Does = Callable[[Request, Report], None]
 class HelpfulCommand(click.Command):
     """A command with the fields of a verb, which calls `does` with the request; `told` is its help text.
 
-    Its help is short; -m METHOD --help lists the parameters of a method, --help-all everything.
+    Its help is short; --help-all lists everything, `intarsia methods METHOD` the parameters of a method.
     """
 
     def __init__(self, verb: str, does: Does, told: str | None = None, epilog: str | None = None) -> None:
@@ -188,9 +186,6 @@ class HelpfulCommand(click.Command):
         args = now_called(args)
         slug, known = _named(args), self.params
         self.params = parameters_of(str(self.name), slug)
-        if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
-            for option in (p for p in self.params if p.name == "method"):
-                ctx.meta[METHOD] = option.type.convert(slug, option, ctx)
         try:
             return super().parse_args(ctx, list(args))
         except click.NoSuchOption as e:
@@ -206,21 +201,8 @@ class HelpfulCommand(click.Command):
             if not ctx.resilient_parsing:  # else they are read after this
                 self.params = known
 
-    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        if METHOD not in ctx.meta:
-            super().format_help_text(ctx, formatter)
-            return
-        cls = method_class(ctx.meta[METHOD])
-        formatter.write_paragraph()
-        with formatter.indentation():
-            none = "" if parameters(cls) else " It has no parameters."
-            formatter.write_text(f"{cls.slug}: {cls.summary} ({cls.paper}).{none}")
-
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         sections = self._sections(ctx, WHOLE in ctx.meta)
-        if METHOD in ctx.meta:
-            own = [(f"{p.opts[0]} {p.metavar}", p.help or "") for p in self.params if isinstance(p, ParameterOption)]
-            sections = [(f"Parameters of {ctx.meta[METHOD]}", own)]
         wide = max((len(names) for _, rows in sections for names, _ in rows if len(names) <= WIDEST), default=0)
         for heading, rows in sections:
             if rows:
@@ -228,15 +210,14 @@ class HelpfulCommand(click.Command):
                     formatter.write_dl([(names.ljust(wide), said) for names, said in rows], col_max=WIDEST)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        if METHOD not in ctx.meta:
-            super().format_epilog(ctx, formatter)
+        super().format_epilog(ctx, formatter)
         if WHOLE in ctx.meta:
             return
-        name, said = ctx.command_path, "`{} --help-all` tells of all options."
-        if METHOD not in ctx.meta and any(isinstance(p, ParameterOption) for p in self.params):
-            said = "`{0} -m METHOD --help` tells of the parameters of a method, `{0} --help-all` of all options."
+        said = f"`{ctx.command_path} --help-all` tells of all options"
+        if any(isinstance(p, ParameterOption) for p in self.params):
+            said += ", `intarsia methods METHOD` of the parameters of a method"
         formatter.write_paragraph()
-        formatter.write_text(said.format(name))
+        formatter.write_text(f"{said}.")
 
     def _sections(self, ctx: click.Context, whole: bool) -> list[tuple[str, Rows]]:
         """Return the options under their headings: the usual ones with a sentence each, or all."""
@@ -377,7 +358,7 @@ def carry_out(request: Request, report: Report) -> None:
 
 def check_stdout(request: Request, report: Report) -> None:
     """Raise an error if a picture cannot go to the standard output."""
-    if not request.to_stdout:
+    if request.out != "-":
         return
     if report.as_json:
         raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")

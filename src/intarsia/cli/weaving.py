@@ -12,8 +12,10 @@ from ..foundation import CancelledError, ParameterError
 from ..foundation.arrays import Pair
 from ..foundation.run import Run
 from ..giant import Weave, planned_windows, woven
-from ..giant.picture import Store, gigabytes
-from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
+from ..giant.exports import PictureStore, TiffStore
+from ..giant.picture import Store
+from ..giant.stream import check_dask, estimated, fill, finish, memory_of
+from ..giant.zarrays import ZarrStore
 from ..request import Json, Request, repeated, to_line
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins
@@ -22,7 +24,11 @@ from .exemplars import Inputs, sets_of, stem_of
 from .outputs import filled_name, usual_name
 from .plan import method_as_json
 
-ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
+STORES: dict[str, type[Store]] = dict.fromkeys(SUFFIXES, PictureStore) | {
+    ".zarr": ZarrStore, ".tif": TiffStore, ".tiff": TiffStore
+}  # fmt: skip
+"""Ending of a name -> how the picture is stored."""
+
 USUAL = ".tif"
 """Ending of the default name: one file of any size."""
 
@@ -46,12 +52,10 @@ class Weaving:
         """Read and check everything; nothing is written yet."""
         assert request.size is not None
         began = time.perf_counter()
-        check_executor(request.executor or request.dask)
+        check_dask(request.dask)
         ending = os.path.splitext(request.out)[1].lower() if request.out else USUAL
-        if ending not in ENDINGS:
-            raise ParameterError(
-                f"-o {request.out}: name a .zarr, a .tif, a picture such as .png, or a folder (no ending) for tiles."
-            )
+        if ending not in STORES:
+            raise ParameterError(f"-o {request.out}: name a .zarr, a .tif, or a picture such as .png.")
         (width, height), origin, times = request.size, request.origin, request.magnify
         if any(side % times for side in (*request.size, *origin)):
             raise ParameterError(
@@ -77,9 +81,7 @@ class Weaving:
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
                 )
             h, w, y, x = (n * grow // shrink for n in place)
-            kind, usual = STORES[ENDINGS[ending]]
-            side = usual if request.chunk is None else request.chunk
-            stores[name] = kind.of(drawn, path, (h, w), (y, x), side, request.force)
+            stores[name] = STORES[ending].of(drawn, path, (h, w), (y, x), request.chunk, request.force)
             stores[name].look()
         auto = {} if choice is None else as_json(choice, request.explain)
         if choice is not None:
@@ -95,12 +97,12 @@ class Weaving:
             seconds, memory = seconds + spent, max(memory, needed)
             raw += store.grid.height * store.grid.width * store.texture.channels * store.texture.dtype.itemsize
         about = self._about() | {
-            "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),
+            "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),
         }  # fmt: skip
         self.report.warn(*self.warnings)
         self.report.note(
-            f"{', '.join(self.names.values())}: {self._line()}, {gigabytes(raw)} of pixels, about {memory >> 20} MiB "
+            f"{', '.join(self.names.values())}: {self._line()}, {raw >> 20} MiB of pixels, about {memory >> 20} MiB "
             f"of memory, {_span(seconds)} with {workers} workers like this one; not written (--dry-run)"
         )
         explain(self.report, about, self.warnings)
@@ -123,11 +125,11 @@ class Weaving:
 
     def _make(self) -> None:
         """Fill the stores of all planes; they are renamed together when all are complete."""
-        stores, who = self.stores.values(), self.request.executor or self.request.dask
+        stores = self.stores.values()
         try:
             with self.report.watching(len(stores)) as meter:
                 for store in stores:
-                    fill(store, who, Run(self.request.threads, meter.stage("weave", 0.0, 1.0), CANCEL))
+                    fill(store, self.request.dask, Run(self.request.threads, meter.stage("weave", 0.0, 1.0), CANCEL))
                     meter.next_part()
             with unbroken():
                 for store in stores:

@@ -112,9 +112,7 @@ def _of_environment() -> int | None:
 
 
 def _words(count: float) -> str:
-    return f"{int(count) >> 20} MiB" if count >= 1 << 20 else f"{-(-int(count) >> 10)} KiB" if count >= 1 << 10 else (
-        f"{int(count)} bytes"
-    )  # fmt: skip
+    return f"{int(count) >> 20} MiB" if count >= 1 << 20 else f"{int(count)} bytes"
 
 
 FLOOR = 720 << 20
@@ -185,18 +183,6 @@ def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, 
             raise ResourceError(
                 f"{what} takes about {needed >> 20} MiB of memory, and {whose} {max(there, 0) >> 20} MiB; {instead}."
             )
-
-
-def free_memory() -> int | None:
-    """Return how many bytes of memory this process may still take; None if the system does not report it."""
-    found = [max(most - used, 0) for most, used in _groups()]
-    memory = _numbers("/proc/meminfo")
-    if "MemAvailable" in memory:
-        found.append(memory["MemAvailable"])
-    if not found:
-        with suppress(OSError, ValueError, AttributeError):
-            found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return min(found, default=None)
 
 
 def peak_memory() -> int:

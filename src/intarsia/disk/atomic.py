@@ -65,8 +65,10 @@ def is_file(path: PathLike) -> bool:
         return False
     if stat.S_ISREG(mode):
         return True
-    found = "a link" if stat.S_ISLNK(mode) else "a folder" if stat.S_ISDIR(mode) else "a pipe, a socket or a device"
-    raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
+    raise ParameterError(
+        f"{printable(path)} is a link, a folder, a pipe or a device, no ordinary file; move it elsewhere, or name "
+        "another place."
+    )
 
 
 def open_regular(path: PathLike, mode: str = "r+b") -> BinaryIO:
@@ -180,11 +182,6 @@ def is_left_over(path: PathLike) -> bool:
     return ordinary and state.st_uid == os.getuid() and not _lives(int(match[3]))
 
 
-def is_temporary(name: str) -> bool:
-    """Return whether a file name is a temporary one."""
-    return _NAME.fullmatch(name) is not None
-
-
 def displayed_name(path: PathLike, name: PathLike | None = None) -> str:
     """Return the name of a file for messages: that of its output, registered by an earlier call with `name`."""
     text = os.fspath(path)
@@ -252,7 +249,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     except ValueError:  # a zero byte in the name
         raise InputError(f"{name} is no name of a file; choose another.") from None
     except OSError as e:
-        raise _failed(path, e) from None
+        raise failed(path, e) from None
 
 
 def replace_files(files: list[tuple[PathLike, bytes]], force: bool) -> None:
@@ -272,13 +269,14 @@ def replace_files(files: list[tuple[PathLike, bytes]], force: bool) -> None:
             check_writable(path, force)
             os.replace(temporary[realpath(path)], realpath(path))
     except OSError as e:
-        raise _failed(path, e) from None
+        raise failed(path, e) from None
     finally:
         for name in temporary.values():
             remove_temporary(name)
 
 
-def _failed(path: PathLike, e: OSError) -> ResourceError:
+def failed(path: PathLike, e: OSError) -> ResourceError:
+    """Return the error for a file that cannot be written."""
     path = displayed_name(path)
     if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ResourceError(f"there is no room for {printable(path)}; free some space, or name another folder.")

@@ -78,7 +78,7 @@ def read(
     Parameters
     ----------
     path : path or "sample:NAME"
-        PNG, JPEG, TIFF, EXR, HDR, WebP, TGA, BMP, GIF, PPM, PGM, PBM or PFM, judged by content, in its full depth.
+        PNG, JPEG, TIFF, EXR, HDR, WebP, TGA, BMP, GIF, PPM, PGM or PFM, judged by content, in its full depth.
     mask : path, optional
         A picture of the same size: white where the exemplar may be used, black where not.
     alpha : "auto", "channel" or "mask"

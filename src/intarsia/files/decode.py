@@ -1,4 +1,4 @@
-"""Decoding of picture files into arrays, by OpenImageIO, and by Pillow for JPEG, GIF and most PNGs.
+"""Decoding of picture files into arrays, by OpenImageIO, and by Pillow for PNG, JPEG and GIF.
 
 Pillow decodes straight into the memory of an array; conversions are made band by band.
 """
@@ -6,11 +6,11 @@ Pillow decodes straight into the memory of an array; conversions are made band b
 from __future__ import annotations
 
 import io
+import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -20,12 +20,12 @@ from ..disk import check_decoding_cost, check_size, most_pixels, no_room
 from ..foundation import InputError, IntarsiaError
 from ..foundation.arrays import Array
 from . import png
-from .formats import PictureFile, channels_in, damaged_error
+from .formats import PNG_SIDE, PictureFile, channels_in, damaged_error
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
 
-COSTS = {"exr": 1.5, "tiff": 1.5, "png": 2.0, "hdr": 1.5, "tga": 2.0}
+COSTS = {"exr": 1.5, "tiff": 1.5, "hdr": 1.5, "tga": 2.0}
 """Format -> cost of decoding in time and memory, as a multiple of the memory of the pixels, if it is more than 1."""
 
 DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4, "double": 8}
@@ -40,14 +40,18 @@ WEBP_BYTES_PER_PIXEL = 10
 SCANS = 16
 """Most scans of a JPEG of the largest size that is allowed; smaller ones may have more."""
 
+_SIDES = 2 * rb"(?:\s|#[^\n]*\n)+\d+" + rb"(?:\s|#[^\n]*\n)+"
+PNM = re.compile(rb"(?:P[56]" + _SIDES + rb"(?:255|65535)|P[Ff]" + _SIDES + rb"-?1(?:\.0*)?)[ \t\n]")
+"""Headers of netpbm pictures that OpenImageIO reads rightly: it rounds other maxima down, and multiplies by a scale."""
+
 BAND = 1 << 20
 """Pixels that are converted at a time."""
 
-UNDECODED = 0xA5
-"""Value of the last row before it is decoded."""
-
 _STORED = {"L": 1, "P": 1, "LA": 4, "RGB": 4, "RGBA": 4, "CMYK": 4, "I;16": 2}
 """Mode -> bytes that Pillow stores a pixel in."""
+
+DEEP = {"RGB;16B": ("RGB;16B", "RGB;16L"), "RGBA;16B": ("RGBA;16B", "RGBA;16L"), "LA;16B": ("RGBA",)}
+"""How Pillow unpacks 16-bit colours of a PNG -> ways that keep all their bytes: high and low ones, or both at once."""
 
 _DENSE = ("L", "RGBA")
 """Modes whose memory layout is that of an array."""
@@ -89,37 +93,47 @@ def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
 def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
     if layer is not None and picture.format != "exr":
         raise InputError(f"{picture.name}: only EXR files have layers, and this is {picture.format}.")
-    if picture.format == "pnm":
-        from . import netpbm
-
-        return Decoded(netpbm.decode_netpbm(picture.data(), picture.name))
+    if picture.format == "pnm" and not PNM.match(picture.head):
+        raise InputError(
+            f"{picture.name} is a netpbm picture that is not read: plain text, bits, a maximum other than 255 and "
+            "65535, a scale other than 1, or a header that is damaged; save it as PNG."
+        )
     if picture.format == "png":
         return _png(picture)
     if picture.format in ("jpeg", "gif"):
         return _by_pillow(picture, picture.data())
     if picture.format == "webp":
         _check_webp(picture)
-    return _by_oiio(picture, layer=layer)
+    return _by_oiio(picture, layer)
 
 
 def _png(picture: PictureFile) -> Decoded:
+    """Decode a PNG; a colour that stands for transparency becomes an alpha."""
     data = picture.data()
-    facts = png.parse_png(data, picture.name)
-    # libpng tells the terminal what it does not like. Pillow has its own decoder, which knows no 16 bit but gray.
-    if facts.colour == png.PALETTE or not (facts.key or (facts.depth == 16 and facts.colour != png.GRAY)):
-        stored = 1 if facts.colour in (png.GRAY, png.PALETTE) else 4
-        own = facts.channels if facts.colour == png.PALETTE or facts.depth == 1 else facts.depth == 16
-        check_decoding_cost(picture.name, (stored + own) * facts.width * facts.height, len(data))
-        if facts.interlaced:  # of these, Pillow takes some that are cut off
-            png.check_pixels(facts, picture.name)
-        check = partial(png.check_pixels, facts, picture.name)
-        found = _by_pillow(picture, facts.clean(), check)
-    else:
-        cost = COSTS["png"] * facts.width * facts.height * facts.channels * -(-facts.depth // 8)
-        check_decoding_cost(picture.name, cost, len(data))
-        png.check_pixels(facts, picture.name)
-        found = _by_oiio(picture, facts.clean())
-    return Decoded(upright(found.pixels, _exif_orientation(facts.exif)), facts.icc)
+    png.check_chunks(data, picture.name)
+    with pillow_opened("png", data) as image:
+        (width, height), packing, info = image.size, image.tile[0].args, image.info
+        check_size(picture.name, width, height, side=PNG_SIDE)
+        clear = None if image.mode == "P" else info.pop("transparency", None)
+        cost = 4 + 12 * (packing in DEEP) + 8 * (clear is not None)
+        check_decoding_cost(picture.name, cost * width * height, len(data))
+        pixels = _deep(data, packing) if packing in DEEP else _loaded(image)
+    if clear is not None:
+        key = np.multiply(clear, {"1": 255, "L;2": 85, "L;4": 17}.get(packing, 1))
+        opaque = (np.atleast_3d(pixels) != key).any(axis=2)
+        pixels = np.dstack([pixels, opaque * pixels.dtype.type(np.iinfo(pixels.dtype).max)])
+    return Decoded(upright(pixels, _exif_orientation(info.get("exif"))), info.get("icc_profile"))
+
+
+def _deep(data: bytes, packing: str) -> Array:
+    """Decode a PNG of 16-bit colours, of which Pillow keeps one byte at a time."""
+    parts = []
+    for way in DEEP[packing]:
+        with pillow_opened("png", data) as image:
+            image.tile = [image.tile[0]._replace(args=way)]
+            image.info.pop("transparency", None)
+            parts.append(_loaded(image))
+    return parts[0].view(">u2").astype(np.uint16) if len(parts) == 1 else parts[0].astype(np.uint16) << 8 | parts[1]
 
 
 def pillow_opened(format: str, data: bytes) -> Any:
@@ -128,7 +142,7 @@ def pillow_opened(format: str, data: bytes) -> Any:
     return getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")(io.BytesIO(data))
 
 
-def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
+def _by_pillow(picture: PictureFile, data: bytes) -> Decoded:
     from PIL import Image
 
     try:
@@ -136,10 +150,8 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
             check_size(picture.name, *image.size)
             if picture.format == "jpeg":
                 _check_jpeg(image, data, picture.name)
-            if picture.format == "gif":
-                check_decoding_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
             inks = image.mode == "CMYK"
-            pixels = _loaded(image, doubt)
+            pixels = _loaded(image)
             icc = None if inks else image.info.get("icc_profile")  # it describes the inks, which are gone
             exif = image.info.get("exif") if picture.format != "gif" else None
     except Image.DecompressionBombError:
@@ -186,12 +198,11 @@ def _check_webp(picture: PictureFile) -> None:
     check_decoding_cost(picture.name, WEBP_BYTES_PER_PIXEL * width * height, picture.size)
 
 
-def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
+def _loaded(image: Any) -> Array:
     """Return the pixels of an image that Pillow has opened, but not loaded: (H, W, C) of 8 bit, or (H, W) of 16.
 
     Palettes become colours, with opacity where they have some, CMYK becomes RGB, and a colour that stands for
-    transparency an alpha. Only the returned array stays in memory. Pillow accepts a PNG without its last rows: if the
-    last row seems not to be decoded, `doubt` is called, and may raise an error.
+    transparency an alpha. Only the returned array stays in memory.
     """
     from PIL import Image
 
@@ -201,10 +212,7 @@ def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
     if mode in _STORED and image.format != "GIF":  # which fills its memory by itself
         held = np.zeros((height, width, _STORED[mode]), np.uint8)
         image.im = core.map_buffer(held, image.size, "raw", 0, (mode, width * held.shape[2], 1))
-        held[-1] = UNDECODED
     image.load()
-    if doubt is not None and (held is None or (held[-1] == UNDECODED).all()):
-        doubt()
     wanted = _full_mode(image)
     if held is not None and mode == wanted and mode in _DENSE:
         return held
@@ -232,13 +240,14 @@ def _full_mode(image: Any) -> str:
 
 
 @contextmanager
-def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[Any, str]]:
-    """Open a picture, or `data` in its place, by OpenImageIO; yield it and its path, which error messages contain."""
+def opened(picture: PictureFile) -> Iterator[tuple[Any, str]]:
+    """Open a picture by OpenImageIO; yield it and its path, which error messages contain."""
     import OpenImageIO as oiio
 
-    with picture.plain_path(data) as path:
+    with picture.plain_path() as path:
         hints = oiio.ImageSpec()
         hints.attribute("oiio:UnassociatedAlpha", 1)  # without it colours would be multiplied by alpha
+        hints.attribute("pnm:pfmflip", 1)  # a PFM is stored bottom up
         file = oiio.ImageInput.open(path, hints)
         if file is None:
             raise damaged_error(picture.name, oiio.geterror().replace(path, "file"))
@@ -248,8 +257,8 @@ def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[An
             file.close()
 
 
-def _by_oiio(picture: PictureFile, data: bytes | None = None, layer: str | None = None) -> Decoded:
-    with opened(picture, data) as (file, path):
+def _by_oiio(picture: PictureFile, layer: str | None = None) -> Decoded:
+    with opened(picture) as (file, path):
         spec = file.spec()
         first, stop, chosen, dtype = _what_to_read(picture, spec, layer)
         pixels = _bands(file, spec, first, stop, dtype)
@@ -330,7 +339,7 @@ def upright(pixels: Array, orientation: int) -> Array:
 
 
 def _exif_orientation(exif: bytes | None) -> int:
-    if not exif or (b"\x01\x12" not in exif and b"\x12\x01" not in exif):  # the tag, in either order of bytes
+    if not exif:
         return 1
     from PIL import Image
 

@@ -45,7 +45,7 @@ _CLEAR = frozenset(_NAME) - frozenset(
 """Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
-READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
+READABLE = frozenset([*SUFFIXES, ".gif", ".pnm"])
 
 
 def group(paths: Iterable[PathLike], how: str = "auto") -> list[Files]:

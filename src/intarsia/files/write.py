@@ -19,8 +19,8 @@ import numpy as np
 
 from ..disk import MAX_CHANNELS
 from ..disk.atomic import PathLike, check_writable, replace_files, working_folder, write_bytes
-from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
-from ..foundation.arrays import Array, Pair, UInt8, pixels_of
+from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, printable
+from ..foundation.arrays import Array, Pair, pixels_of
 from ..foundation.run import Run
 from ..model.image import Kind, Plane, Transfer, converted, dtype_of, to_display
 from . import png
@@ -49,10 +49,9 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
 
     Raises ParameterError where the format cannot hold the plane, ResourceError where the temporary folder is full.
     """
-    known, word = {f.name: f for f in FORMATS}, fmt.lower().lstrip(".")
-    target = known.get(word) or SUFFIXES.get(f".{word}")
+    target = SUFFIXES.get("." + fmt.lower().lstrip("."))
     if target is None:
-        raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
+        raise ParameterError(f"{fmt} is no format; choose one of {', '.join(SUFFIXES)}.")
     check_holds(target, plane)
     pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if plane.pixels.dtype == bool else plane.samples)
     text = _text(target, recipe)
@@ -77,7 +76,8 @@ def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | 
     if dtype not in target.dtypes:
         remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
         other = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
-        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
+        held = _any_of([_WORDS[d] for d in target.dtypes])
+        raise ParameterError(f"{name} holds {held}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
     if plane.channels not in target.channels:
         alpha = " (alpha among them)" if plane.alpha else ""
         many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
@@ -165,17 +165,6 @@ def _bytes_by_oiio(
             raise ResourceError(f"the {name} could not be made ({reason}); {room}.")
         with open(path, "rb") as made:
             return made.read()
-
-
-def rendered_text(text: str, size: int) -> UInt8:
-    """Render a line of text about `size` px high as coverage (height, width), 255 for ink."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    font, line = ImageFont.load_default(size), legible(text).encode("latin-1", "replace").decode("latin-1")
-    left, _, right, _ = (int(n) for n in font.getbbox(line))
-    paper = Image.new("L", (max(right - min(left, 0), 1), size + size // 2))
-    ImageDraw.Draw(paper).text((-min(left, 0), 0), line, fill=255, font=font)
-    return np.array(paper)
 
 
 def write(
@@ -344,10 +333,10 @@ def _parse(text: str, name: str) -> dict[str, Any]:
 def _description(picture: PictureFile) -> str:
     """Return the texts that a file holds, joined."""
     try:
-        if picture.format == "png":
-            return "\n".join(png.parse_png(picture.data(), picture.name).texts.values())
-        if picture.format in ("jpeg", "webp"):
+        if picture.format in ("png", "jpeg", "webp"):
             with pillow_opened(picture.format, picture.data()) as image:
+                if picture.format == "png":
+                    return "\n".join(map(str, image.text.values()))
                 if picture.format == "jpeg":
                     return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
                 return str(image.getexif().get(0x010E, ""))

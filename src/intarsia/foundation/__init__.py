@@ -213,13 +213,13 @@ def pair(value: Any) -> Pair:
     return side, side
 
 
-def size_of(value: Any) -> Pair:
+def size_of(value: Any, name: str = "size") -> Pair:
     """Return (height, width) of a size argument, one number for a square; ParameterError for anything else."""
     try:
         return pair(value)
     except ValueError:
         raise ParameterError(
-            f"size={called(value)} is not allowed; give (height, width) in whole px, or one number for a square."
+            f"{name}={called(value)} is not allowed; give (height, width) in whole px, or one number for a square."
         ) from None
 
 

@@ -57,12 +57,10 @@ Finish = Levelling
 class Mixing(StrEnum):
     """How the overlapping pieces at a pixel are averaged within a feather.
 
-    MEAN: weighted mean in linear light. VARIANCE: the same, with deviations divided by the norm of the weights, which
-    keeps contrast. SOURCE: weighted mean of the encoded values, as the papers do.
+    MEAN: weighted mean in linear light. SOURCE: weighted mean of the encoded values, as the papers do.
     """
 
     MEAN = "mean"  # in linear light
-    VARIANCE = "variance"  # in linear light, divided by the norm of the weights: keeps contrast
     SOURCE = "source"  # of the encoded values, as the papers do
 
 
@@ -74,7 +72,7 @@ class Blend:
     ----------
     feather : int
         Width of the transition around a cut, 0 to 1024 px of the map, default 0: exact copies.
-    mixing : {"mean", "variance", "source"}
+    mixing : {"mean", "source"}
         How pieces are averaged there, default "mean".
     finish : tuple of Levelling
         Tone correction after that, at most one; default none. It is never applied to normals or labels.
@@ -103,7 +101,7 @@ class Blend:
     def of(cls, recipe: Record) -> Blend:
         """Read a blend from a saved map or a recipe; without an entry ``finish`` there is none."""
         finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
-        return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
+        return cls(recipe["feather"], recipe["mixing"], finish)
 
     def but(self, **given: Any) -> Blend:
         """Return the blend with those of the given fields replaced that are not None."""

@@ -35,19 +35,6 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-@dataclass
-class Probe:
-    """A request for the distance map of one search: how well did every patch fit when output pixel (y, x) was filled?
-
-    ``maps``: one float32 array for each exemplar, over the first pixels of patches: the root mean square difference, 0
-    to 1, in the isometry that fits best; -1 where no patch may begin. None until the pixel is filled.
-    """
-
-    y: int
-    x: int
-    maps: list[Any] | None = None
-
-
 @dataclass(frozen=True)
 class Run:
     """Threads, progress and cancelling of one piece of work.
@@ -64,8 +51,6 @@ class Run:
         Once set, the work ends with :class:`~intarsia.foundation.CancelledError` at the next unit.
     notes : list of str
         Methods append one-line notes for the user.
-    probe : Probe, optional
-        Answered by methods that place patches by search.
 
     Raises
     ------
@@ -77,7 +62,6 @@ class Run:
     step: Step | None = None
     cancel: Event | None = None
     notes: list[str] = field(default_factory=list, compare=False)
-    probe: Probe | None = None
     _crew: ThreadPoolExecutor | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from ..choosing.auto import Auto
+from ..disk import check_fits, peak_memory
 from ..disk.atomic import PathLike
 from ..foundation import AUTO_METHOD, ParameterError
 from ..foundation.arrays import Array, Pair
@@ -17,9 +18,9 @@ from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..rendering.render import check_alike
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
-from .exports import TiffStore, TileStore
-from .picture import SIDE, EndlessPlane, box_of, check_memory
-from .stream import ExecutorLike, array_of, stream
+from .exports import TiffStore
+from .picture import SIDE, EndlessPlane, box_of
+from .stream import DaskLike, array_of, stream
 from .zarrays import ZarrStore
 
 __all__ = ["Weave", "weave"]
@@ -60,7 +61,11 @@ class Weave(EndlessPlane):
         window does not fit into memory.
         """
         box = box_of(key)
-        check_memory(box, self.channels * self.dtype.itemsize)
+        check_fits(
+            peak_memory() + box.height * box.width * self.channels * self.dtype.itemsize,
+            f"a window of {box.width}x{box.height} px",
+            "stream it with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask, or slice less",
+        )
         self.map_box(box)
         if box.height * box.width <= 2 * SIDE * SIDE:
             return self.draw(box)
@@ -94,8 +99,8 @@ class Weave(EndlessPlane):
         return array_of(self, shape, chunks, origin)
 
     def to_zarr(
-        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
-        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512, dask: DaskLike = None,
+        run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into a zarr array (version 3); an interrupted call is resumed.
 
@@ -109,13 +114,11 @@ class Weave(EndlessPlane):
             The pixel of the endless plane that comes first, default (0, 0).
         chunk : int
             Side of the chunks, 16 to 8192 px, default 512; small ones share a file (shard) of up to 1024 px a side.
-        executor : None, "threads", "processes", "local", "tcp://...", or a dask client
-            What renders the chunks; never changes a pixel. None: threads. ``local`` starts a dask cluster on this
-            machine.
-        force : bool
-            Replace an array of another recipe, default False; refused if the folder holds anything else.
+        dask : "local", "tcp://...", or a dask client, optional
+            The workers that render the chunks; never changes a pixel. Default: threads of this process. ``local``
+            starts a cluster of processes on this machine.
         run : Run, optional
-            Threads or processes, progress, cancelling.
+            Threads, progress, cancelling.
 
         Raises
         ------
@@ -126,11 +129,11 @@ class Weave(EndlessPlane):
         ResourceError
             if the disk is full or cannot be written; the same call resumes later.
         """
-        stream(ZarrStore.of(self, path, shape, origin, chunk, force), executor, run_of(run))
+        stream(ZarrStore.of(self, path, shape, origin, chunk), dask, run_of(run))
 
     def to_tiff(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
-        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
+        dask: DaskLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is complete.
 
@@ -145,28 +148,7 @@ class Weave(EndlessPlane):
         force : bool
             Replace an existing file, default False.
         """
-        stream(TiffStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
-
-    def to_tiles(
-        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
-        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
-    ) -> None:  # fmt: skip
-        """Stream a window of any size into a folder of DeepZoom tiles (PNG), which appears when it is complete.
-
-        Viewers open ``PATH/image.dzi``; the recipe is stored next to it. Each level is averaged from the next finer
-        one, according to the kind of the plane. An interrupted call starts over. Arguments and errors are those of
-        :meth:`to_zarr`, but for:
-
-        Parameters
-        ----------
-        path : path
-            The folder.
-        tile : int
-            Side of the tiles, 16 to 4096 px, default 256.
-        force : bool
-            Replace a folder of tiles, default False; refused if it holds anything else.
-        """
-        stream(TileStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
+        stream(TiffStore.of(self, path, shape, origin, tile, force), dask, run_of(run))
 
 
 def weave(

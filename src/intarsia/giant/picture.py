@@ -1,12 +1,11 @@
 """Random-access rendering of one plane of an endless texture, and the interface of stores on disk.
 
 Every window is computed on its own: its map with the margin that feather and finish need, then its rendering. So the
-pixels do not depend on windows rendered before, on the size of cells, or on the executor that renders them.
+pixels do not depend on windows rendered before, on the size of cells, or on who renders them.
 """
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import json
 import operator
@@ -18,17 +17,16 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from ..disk import free_memory
-from ..disk.atomic import PathLike
+from ..disk.atomic import PathLike, check_writable
 from ..foundation import (
     MissingExtraError,
     ParameterError,
     Record,
-    ResourceError,
     called,
     expect_path,
     pair,
     said,
+    size_of,
     whole_within,
 )
 from ..foundation.arrays import Array, Pair
@@ -47,7 +45,6 @@ SIDE = 1024
 """Side of the cells, px, into which large windows are cut."""
 
 MOST_CELLS = 1 << 22  # of one stored picture: a guard, so that listing them stays quick
-SLICE = "give rows and columns as texture[y0:y1, x0:x1]"
 
 
 class Cell(NamedTuple):
@@ -101,60 +98,26 @@ class Grid(Shaped):
 
 def box_of(key: Any) -> Box:
     """Return the box of the key of ``w[y0:y1, x0:x1]``; negative numbers are coordinates, not counted from an end."""
-    if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(k, slice) for k in key):
-        raise ParameterError(f"texture[{_said(key)}] is no window; {SLICE}.")
-    ends = []
-    for one in key:
-        if one.start is None or one.stop is None:
-            raise ParameterError(f"texture[{_said(key)}]: an endless plane has no first or last pixel; {SLICE}.")
-        if one.step not in (None, 1):
-            raise ParameterError(f"texture[{_said(key)}]: every pixel is drawn; drop the step.")
-        try:
-            ends.append((operator.index(one.start), operator.index(one.stop)))
-        except TypeError:
-            raise ParameterError(f"texture[{_said(key)}]: rows and columns are whole numbers; {SLICE}.") from None
-    (y0, y1), (x0, x1) = ends
-    if y1 <= y0 or x1 <= x0:
-        raise ParameterError(f"texture[{_said(key)}] is empty; {SLICE} with y0 < y1 and x0 < x1.")
+    try:
+        rows, columns = key
+        y0, y1, x0, x1 = (operator.index(end) for one in (rows, columns) for end in (one.start, one.stop))
+        proper = y0 < y1 and x0 < x1 and {rows.step, columns.step} <= {None, 1}
+    except (TypeError, ValueError, AttributeError):
+        proper = False
+    if not proper:
+        raise ParameterError(
+            "that is no window of an endless texture; give rows and columns as texture[y0:y1, x0:x1], whole numbers "
+            "with y0 < y1 and x0 < x1, and no step."
+        )
     return Box(y0, x0, y1, x1)
 
 
 def sides_of(shape: Any) -> Pair:
     """Return (height, width) of a size; one number is a square. ParameterError if it is out of range."""
-    try:
-        height, width = pair(shape)
-    except ValueError:
-        raise ParameterError(f"shape={called(shape)} is no size; give (height, width) in px.") from None
+    height, width = size_of(shape, "shape")
     if min(height, width) < 1 or max(height, width) > FARTHEST:
         raise ParameterError(f"shape=({called(height)}, {called(width)}) is not allowed; give sides of 1 to 2**40 px.")
     return height, width
-
-
-def check_memory(box: Box, pixel: int) -> None:
-    """Raise ResourceError if a window of `pixel` bytes a px does not fit into free memory."""
-    needed, free = box.height * box.width * pixel, free_memory()
-    if free is not None and needed > free:
-        raise ResourceError(
-            f"a window of {box.width}x{box.height} px takes {gigabytes(needed)}, {gigabytes(free)} are free; stream it "
-            "with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask, or slice less."
-        )
-
-
-def gigabytes(count: int) -> str:
-    """Return a number of bytes as text, in GB or MB."""
-    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{max(count // 1_000_000, 1)} MB"
-
-
-def _said(key: Any) -> str:
-    parts = key if isinstance(key, tuple) else (key,)
-    words = []
-    for k in parts:
-        if isinstance(k, slice):
-            ends = ["" if v is None else called(v) for v in (k.start, k.stop)]
-            words.append(":".join(ends if k.step is None else [*ends, called(k.step)]))
-        else:
-            words.append(called(k))
-    return ", ".join(words)[:100]
 
 
 LEAST = 16  # px: least side of chunks and tiles
@@ -287,11 +250,6 @@ class EndlessPlane:
         around = self._around(self.map_box(box))
         return self.recipe | {"parameters": recipe_settings(self.method, self.exemplars, around)}
 
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the recipe, as 64 hexadecimal digits."""
-        return hashlib.sha256(json.dumps(self.recipe, sort_keys=True).encode()).hexdigest()
-
 
 Packer = Callable[[Array, Cell], list[bytes]]
 """Encodes the pixels of a cell as the bytes of a store; sent to the workers."""
@@ -307,8 +265,8 @@ Results = Generator[tuple[Cell, list[bytes]], None, None]
 class Store(ABC):
     """A picture on disk that is rendered cell by cell: its settings, and the interface of all stores.
 
-    ``origin`` (y, x): the pixel of the endless plane that comes first; ``force``: whether an existing store of another
-    recipe is replaced.
+    ``origin`` (y, x): the pixel of the endless plane that comes first; ``force``: whether an existing file is
+    replaced.
     """
 
     path: Path
@@ -322,14 +280,18 @@ class Store(ABC):
     resumes: ClassVar[bool] = False
     """Whether an interrupted store is resumed."""
 
+    side: ClassVar[int] = 512
+    """Default side of its chunks or tiles in px; 0: it has none."""
+
     @classmethod
     def of(
-        cls, texture: EndlessPlane, path: PathLike, shape: Any, origin: Any, side: int, force: bool
+        cls, texture: EndlessPlane, path: PathLike, shape: Any, origin: Any, side: int | None, force: bool = False
     ) -> Self:
         """Return the store of a picture with chunks or tiles of `side` px; checks its arguments, writes nothing."""
         expect_path(path)
         sides = sides_of(shape)
         first = checked(texture, sides, origin)
+        side = cls.side if side is None else side
         grid, packer = cls.cut(texture, path, sides, side)  # raises before functions are evaluated over all of it
         recipe = texture.recipe_over(Box(*first, first[0] + sides[0], first[1] + sides[1]))
         recipe |= {"size": [sides[1], sides[0]], "origin": [first[1], first[0]]}
@@ -352,17 +314,14 @@ class Store(ABC):
         """Bytes of memory besides the cells in progress; 0 if every piece is written to disk."""
         return 0
 
-    def packing(self, cell: Cell, pieces: list[bytes]) -> float:
-        """Return the seconds that encoding one more cell adds after the last one is rendered; 0 for tiled stores."""
-        return 0.0
-
-    @abstractmethod
     def look(self) -> None:
         """Raise, before any work, if the store cannot be made at its path; writes nothing."""
+        check_writable(self.path, self.force)
 
-    @abstractmethod
     def open(self) -> Iterable[int]:
         """Start or resume; return the numbers of the missing or damaged cells, ascending."""
+        self.look()
+        return range(len(self.grid))
 
     @abstractmethod
     def fill(self, results: Results, run: Run) -> None:

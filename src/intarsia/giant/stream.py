@@ -1,55 +1,40 @@
-"""Streaming a texture into a store by threads, processes or a dask cluster; valid cells of a resumed store are kept.
+"""Streaming a texture into a store by threads or a dask cluster; valid cells of a resumed store are kept.
 
-Results are written in order and have the same bytes with every executor. The task, with the analysed exemplar, is sent
-once to every worker; then only boxes are sent, and encoded cells come back, so that one process writes all files, and
+Results are written in order and have the same bytes whoever renders. The task, with the analysed exemplar, is sent once
+to every worker; then only boxes are sent, and encoded cells come back, so that one process writes all files, and
 workers need no common disk. At most AHEAD cells per worker are in progress, so memory is bounded.
 """
 
 from __future__ import annotations
 
-import errno
-import multiprocessing
 import operator
-import os
-import signal
-import threading
 import time
-import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from functools import partial
 from itertools import islice
-from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 import numpy as np
 
 from ..disk import peak_memory
-from ..foundation import InputError, ParameterError, ResourceError, called, said
+from ..disk.atomic import failed
+from ..foundation import InputError, ParameterError, ResourceError, called
 from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import Box
-from ..foundation.params import functions_of
 from ..foundation.run import Run
-from ..methods import Method, traits
-from .exports import BufferedStore, TiffStore, TileStore
+from ..methods import traits
 from .picture import Cell, EndlessPlane, Packer, Results, Store, checked, extra, sides_of
-from .zarrays import ZarrStore
 
 Task = Callable[[Cell], list[bytes]]
-Submit = Callable[[Cell], Any]
-"""Submits a cell; returns a future of its pieces."""
 
-ExecutorLike = Any
-"""None, the name or address of an executor, or a dask client, whose type may not be installed."""
+DaskLike = Any
+"""None, "local", the address of a dask scheduler, or a dask client, whose type may not be installed."""
 
-CLIENT = ("scatter", "submit", "nthreads")  # methods by which a dask client is recognised
 AHEAD = 2  # cells in progress for each worker
-DEATHS = 3  # workers that die in succession, without a result between them, until the work fails
-PATIENCE = 120  # s to wait for the first worker of a cluster, and for the one that replaces a dead one
+PATIENCE = 120  # s to wait for the first worker of a cluster
 
 
 def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
@@ -65,121 +50,54 @@ def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
             pool.shutdown(cancel_futures=True)
 
 
-def by_processes(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
-    """Render cells by processes of this machine; one that dies is replaced, and its cells are rendered again."""
-
-    @contextmanager
-    def begun() -> Iterator[Submit]:
-        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _hold, (task,))
-        try:
-            yield partial(pool.submit, _held)  # type: ignore[call-arg]
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-    return _drawn_again(
-        cells, workers, begun, BrokenProcessPool,
-        f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
-        "if __name__ == '__main__'.",
-    )  # fmt: skip
-
-
 def by_cluster(client: Any, task: Task, cells: Iterable[Cell]) -> Results:
-    """Render cells by the workers of a dask cluster; cells lost with a worker are rendered again."""
-
-    @contextmanager
-    def begun() -> Iterator[Submit]:
-        try:
-            sent = client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
-        except TimeoutError:
-            raise ResourceError(
-                f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
-            ) from None
-        yield partial(client.submit, operator.call, sent, pure=False, retries=DEATHS)
-
+    """Render cells by the workers of a dask cluster, which renders again what is lost with one of them."""
     distributed = extra("distributed")
-    lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
-    died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
-    # dask hands cells to other workers itself, until none holds the task
-    why = "the workers of the cluster died again and again ({}); look at their logs."
-    return _drawn_again(cells, max(sum(client.nthreads().values()), 1), begun, died, why)
+    lost = (TimeoutError, distributed.KilledWorker, distributed.client.FutureCancelledError)
+    try:
+        sent = client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
+        submit = partial(client.submit, operator.call, sent, pure=False)
+        yield from _windowed(iter(cells), AHEAD * max(sum(client.nthreads().values()), 1), submit)
+    except (*lost, distributed.comm.CommClosedError) as e:
+        raise ResourceError(
+            f"the workers of the cluster died, or none answered for {PATIENCE} s ({type(e).__name__}); look at their "
+            "logs."
+        ) from None
 
 
-def _drawn_again(
-    cells: Iterable[Cell], workers: int, begun: Callable[[], AbstractContextManager[Submit]], died: Any, why: str
-) -> Results:
-    """Render cells by workers; when one dies, restart with the cells that were submitted and not returned."""
-    todo, deaths, rest = deque[Cell](), 0, iter(cells)
-    todo.extend(islice(rest, 1))
-    while todo:
-        try:
-            with begun() as submit:
-                for cell, pieces in _windowed(_again(todo, rest), AHEAD * workers, submit):
-                    todo.popleft()
-                    deaths = 0
-                    yield cell, pieces
-        except died as e:
-            deaths += 1
-            if deaths == DEATHS:
-                raise ResourceError(why.format(type(e).__name__)) from None
-
-
-def check_executor(given: ExecutorLike) -> None:
-    """Raise, before any work, for an unknown executor, or one whose packages are missing."""
-    known = given is None or (isinstance(given, str) and given in ("threads", "processes"))
-    if known or all(hasattr(given, name) for name in CLIENT):
+def check_dask(given: DaskLike) -> None:
+    """Raise, before any work, for what is no dask cluster, or if its packages are missing."""
+    if given is None or hasattr(given, "scatter"):
         return
     if not isinstance(given, str) or (given != "local" and "://" not in given):
         raise ParameterError(
-            f"executor={called(given)} is unknown; give threads, processes, local, the tcp:// address of a dask "
-            "scheduler, or a dask client."
+            f"dask={called(given)} is unknown; give local, the tcp:// address of a dask scheduler, or a dask client."
         )
     extra("distributed")
 
 
-def check_sendable(method: Method, given: ExecutorLike) -> None:
-    """Raise, before any work, for functions among the parameters that cannot be pickled for other processes."""
-    sent = functions_of(method) if isinstance(given, str) and given == "processes" else {}
-    for name, function in sent.items():
-        try:
-            ForkingPickler.dumps(function.value)
-        except Exception as e:  # whatever the function holds may fail in its own way
-            raise ParameterError(
-                f"the function {name} cannot be sent to other processes ({said(e)}); define it at the top of a module, "
-                "or draw with threads."
-            ) from e
-
-
 @contextmanager
-def executor_of(given: ExecutorLike, run: Run) -> Iterator[Callable[[Task, Iterable[Cell]], Results]]:
-    """Yield the function that renders cells in order for an executor; a cluster started here is closed afterwards."""
-    check_executor(given)
-    if given is None or given == "threads":
+def drawing(dask: DaskLike, run: Run) -> Iterator[Callable[[Task, Iterable[Cell]], Results]]:
+    """Yield the function that renders cells in order; a client or cluster started here is closed afterwards."""
+    check_dask(dask)
+    if dask is None:
         yield partial(by_threads, run.workers)
-    elif given == "processes":
-        yield partial(by_processes, run.workers)
-    elif isinstance(given, str):
-        with ExitStack() as stack:
-            where = given
-            if given == "local":
-                kind = extra("distributed").LocalCluster
-                options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
-                where = stack.enter_context(kind(n_workers=run.workers, **options))
-            yield partial(by_cluster, stack.enter_context(_client_at(where)))
+    elif not isinstance(dask, str):
+        yield partial(by_cluster, dask)
     else:
-        yield partial(by_cluster, given)
+        distributed = extra("distributed")
+        own = {"n_workers": run.workers, "threads_per_worker": 1, "dashboard_address": None}
+        try:
+            client = distributed.Client(**own) if dask == "local" else distributed.Client(dask, timeout=5)
+        except (OSError, ValueError) as e:
+            raise InputError(
+                f"no dask scheduler answers at {dask} ({type(e).__name__}); start one with: dask scheduler"
+            ) from None
+        with client:
+            yield partial(by_cluster, client)
 
 
-def _client_at(where: Any) -> Any:
-    """Return a client of a dask cluster, or of the one at an address."""
-    try:
-        return extra("distributed").Client(where, timeout=5)
-    except (OSError, ValueError) as e:
-        raise InputError(
-            f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
-        ) from None
-
-
-def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
+def _windowed(cells: Iterator[Cell], most: int, submit: Callable[[Cell], Any]) -> Results:
     """Yield results in order, with at most `most` cells in progress."""
     under_way: deque[tuple[Cell, Any]] = deque()
     for cell in cells:
@@ -189,36 +107,6 @@ def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
             yield first, future.result()
     for first, future in under_way:
         yield first, future.result()
-
-
-def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
-    """Yield the cells in `todo`, then those of `rest`, each of which is appended to `todo` first."""
-    yield from tuple(todo)
-    for cell in rest:
-        todo.append(cell)
-        yield cell
-
-
-_task: list[Task] = []
-
-
-def _hold(task: Task) -> None:
-    """Store the task in a worker process, which exits when its parent does."""
-    _task[:] = [task]
-    with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
-
-
-def _die_with(parent: Any) -> None:
-    parent.join()
-    os._exit(1)
-
-
-def _held(cell: Cell) -> list[bytes]:
-    return _task[0](cell)
 
 
 def array_of(texture: EndlessPlane, size: Any, chunks: Any, origin: Any) -> Any:
@@ -232,12 +120,8 @@ def array_of(texture: EndlessPlane, size: Any, chunks: Any, origin: Any) -> Any:
         cut = arrays.core.normalize_chunks((*wanted[:2], *shape[2:]), shape, dtype=texture.dtype)
     except (ValueError, TypeError, NotImplementedError) as e:  # the last: dask's own word for chunks it cannot size
         raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
-    name = f"weave-{texture.digest[:32]}"
-    if functions_of(texture.method):  # a recipe without a box does not tell them apart: no block is another's
-        name += f"-{uuid.uuid4().hex}"
     return arrays.map_blocks(
-        block, dask.delayed(texture, name=name, traverse=False), y, x,
-        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}", chunks=cut, dtype=texture.dtype,
+        block, dask.delayed(texture, traverse=False), y, x, chunks=cut, dtype=texture.dtype,
         meta=np.empty((0,) * len(shape), texture.dtype),
     )  # fmt: skip
 
@@ -248,15 +132,6 @@ def block(texture: EndlessPlane, y: int, x: int, block_info: Any = None) -> Arra
     return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))
 
 
-STORES: dict[str, tuple[type[Store], int]] = {
-    "zarr": (ZarrStore, 512),
-    "tiff": (TiffStore, 512),
-    "tiles": (TileStore, 256),
-    "picture": (BufferedStore, 0),
-}
-"""Name -> the class of the store, and the default side of its chunks or tiles; 0: it has none."""
-
-
 PER_PX, BETWEEN = 16, 140
 """Bytes of memory per px that is rendered: for map and weights, and the addition if pixels are interpolated."""
 
@@ -264,17 +139,15 @@ DRAWN = 1 << 22
 """Most px of the map that a worker holds at a time: 2048 x 2048."""
 
 
-@dataclass(frozen=True)
-class DrawnAndPacked:
-    """The task of a worker: render a cell and encode it."""
+def drawn_and_packed(texture: EndlessPlane, origin: Pair, packer: Packer, cell: Cell) -> list[bytes]:
+    """Render a cell and encode it; done by the workers."""
+    pixels = texture.draw(cell.box.moved(*origin))
+    return packer(pixels.reshape(*pixels.shape[:2], -1), cell)
 
-    texture: EndlessPlane
-    origin: Pair
-    packer: Packer
 
-    def __call__(self, cell: Cell) -> list[bytes]:
-        pixels = self.texture.draw(cell.box.moved(*self.origin))
-        return self.packer(pixels.reshape(*pixels.shape[:2], -1), cell)
+def task_of(store: Store) -> Task:
+    """Return the task of a worker."""
+    return partial(drawn_and_packed, store.texture, store.origin, store.packer)
 
 
 def memory_of(store: Store, workers: int) -> int:
@@ -283,19 +156,16 @@ def memory_of(store: Store, workers: int) -> int:
 
 
 def estimated(store: Store, workers: int) -> tuple[float, int]:
-    """Return estimates of the seconds and the peak memory, in bytes, that `workers` need to fill a store.
+    """Return estimates of the seconds and the peak memory, in bytes, that `workers` threads need to fill a store.
 
     One cell is rendered to measure them; nothing is written.
     """
-    task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
+    task, cell = task_of(store), store.grid.cell(0)
     task(cell)
     began = time.perf_counter()
-    pieces = task(cell)
-    spent, packed = time.perf_counter() - began, sum(map(len, pieces))
+    task(cell)
     share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
-    others = min(workers, len(store.grid)) - 1  # the first was measured just now
-    memory = peak_memory() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
-    return (spent / workers + store.packing(cell, pieces)) / share, memory
+    return (time.perf_counter() - began) / workers / share, memory_of(store, workers - 1)  # one was measured
 
 
 def _drawn(store: Store) -> int:
@@ -305,51 +175,43 @@ def _drawn(store: Store) -> int:
     return int(min(px * texture.scale[1] ** 2, DRAWN) * each + px * 2 * texture.channels * texture.dtype.itemsize)
 
 
-def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Fill and finish a store; the bytes are the same with every executor, and however often it was interrupted."""
+def stream(store: Store, dask: DaskLike, run: Run) -> None:
+    """Fill and finish a store; the bytes are the same whoever renders, and however often it was interrupted."""
     try:
-        fill(store, executor, run)
+        fill(store, dask, run)
         finish(store)
     finally:
         store.close()
 
 
-def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
+def fill(store: Store, dask: DaskLike, run: Run) -> None:
     """Render and write the missing cells of a store, which stays open."""
     total = len(store.grid)
-    with as_resource_error(store):
+    with _told(store):
         store.look()
-        check_sendable(store.texture.method, executor)
-        with executor_of(executor, run) as drawn:
+        with drawing(dask, run) as drawn:
             missing = list(store.open())
             run.tick(total - len(missing), total)
-            task = DrawnAndPacked(store.texture, store.origin, store.packer)
 
             def counted(results: Results) -> Results:
                 for done, result in enumerate(results, total - len(missing) + 1):
                     yield result
                     run.tick(done, total)
 
-            with closing(drawn(task, map(store.grid.cell, missing))) as results:
+            with closing(drawn(task_of(store), map(store.grid.cell, missing))) as results:
                 store.fill(counted(results), run)
 
 
 def finish(store: Store) -> None:
     """Move a complete store to its path."""
-    with as_resource_error(store):
+    with _told(store):
         store.finish()
 
 
 @contextmanager
-def as_resource_error(store: Store) -> Iterator[None]:
+def _told(store: Store) -> Iterator[None]:
     """Turn an OSError into a ResourceError of one line that says why a store could not be written."""
     try:
         yield
     except OSError as e:
-        if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            after = "goes on" if store.resumes else "begins anew"
-            raise ResourceError(
-                f"there is no room for {store.path}; free some space, then the same command {after}."
-            ) from None
-        reason = (e.strerror or str(e)).lower()
-        raise ResourceError(f"{store.path} cannot be written ({reason}); name another place.") from None
+        raise failed(store.path, e) from None

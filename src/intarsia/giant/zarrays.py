@@ -20,7 +20,6 @@ from ..disk.atomic import PathLike
 from ..foundation import InputError, ParameterError, Record
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
-from .exports import check_place
 from .picture import SIDE, Cell, EndlessPlane, Grid, Results, Store, check_side, extra
 
 SIGN = "zarr.json"  # the metadata of a zarr array
@@ -90,7 +89,7 @@ class ZarrStore(Store):
         return Grid(*sides, together, together), ZarrPacker(chunk, together, tail, texture.dtype.name)
 
     def look(self) -> None:
-        """Raise, before any work, if the store cannot be made at its path; writes nothing."""
+        """Raise, before any work, if the array cannot be made at its path; writes nothing."""
         self._begun()
 
     def open(self) -> Iterable[int]:
@@ -109,31 +108,29 @@ class ZarrStore(Store):
 
     def _begun(self) -> bool:
         """Whether this array exists at its path; raise if it cannot be made there."""
+        if not os.path.lexists(self.path):
+            atomic.check_writable(self.path)
+            return False
         found = described(self.path / SIGN)
         if found is None:
-            check_place(self.path)
+            atomic.sweep(self.path)
+            if not self.path.is_dir() or any(self.path.iterdir()):
+                raise ParameterError(f"{self.path} exists, and is no texture that was woven; name another place.")
             return False
         own = json.loads(self._sign())
         recipes = [held["attributes"]["intarsia"] for held in (found, own)]
         names = [name for name in {**recipes[1], **recipes[0]} if recipes[0].get(name) != recipes[1].get(name)]
-        differing = names or [name for name in own if name != "attributes" and found.get(name) != own[name]]
-        if differing and not self.force:
+        if differing := names or [name for name in own if name != "attributes" and found.get(name) != own[name]]:
             raise ParameterError(
-                f"{self.path} holds another recipe ({', '.join(differing)}); name another place, or replace it "
-                "with --force (force=True)."
+                f"{self.path} holds another recipe ({', '.join(differing)}); name another place, or remove it first."
             )
-        if differing:
-            check_place(self.path, woven=True)
-        return not differing
+        return True
 
     def _begin(self) -> None:
-        """Make a new array without chunks; an array that it replaces is removed atomically."""
+        """Make a new array without chunks."""
         target = Path(os.path.realpath(self.path))
-        new, old = not target.exists(), atomic.temporary_name(target.parent)
-        atomic.sweep(target.parent)
+        new = not target.exists()
         try:
-            if described(target / SIGN) is not None:
-                os.replace(target, old)
             target.mkdir(exist_ok=True)
             atomic.sync_folder(target.parent)
             atomic.replace_file(target / SIGN, self._sign(), durable=True)
@@ -142,8 +139,6 @@ class ZarrStore(Store):
                 if new:
                     target.rmdir()
             raise
-        finally:
-            atomic.remove_temporary(old)
 
     def _sign(self) -> bytes:
         """Return the content of ``zarr.json``, with the recipe among the attributes."""
@@ -155,11 +150,8 @@ class ZarrStore(Store):
 
     def _sound(self, cell: Cell) -> bool:
         """Whether the file of a cell exists and is valid; ParameterError if it is no ordinary file."""
-        place = self._place(cell)
-        if not atomic.is_file(place):
-            return False
         try:
-            with atomic.open_regular(place, "rb") as file:
+            with atomic.open_regular(self._place(cell), "rb") as file:
                 return self.packer.sound(file.read())
         except OSError:
             return False
@@ -179,11 +171,11 @@ def described(place: Path) -> Record | None:
 
     Raises InputError if it is damaged.
     """
-    if not atomic.is_file(place):
-        return None
     try:
         with atomic.open_regular(place, "rb") as file:
             found = json.loads(file.read(LONGEST))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
     except (ValueError, RecursionError):
         raise InputError(f"{place} cannot be read any more; name another place.") from None
     attributes = found.get("attributes") if isinstance(found, dict) else None

@@ -14,7 +14,7 @@ The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/sco
 window recurs in it anyway. The root makes the first flaws count more than further ones. "texture" is 1 if the output
 has the exemplar's texture, and 0 if it has another.
 
-Two losses are also returned locally: costs of joins, and places of the exemplar that are used too often.
+Costs of joins are also returned locally.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis import block_sums, factor_for, window_sums
+from ..analysis import block_sums, factor_for
 from ..analysis.features import features
-from ..foundation import InputError, ndimage
+from ..foundation import InputError
 from ..foundation.arrays import Array, Int16, Pair
-from ..foundation.geometry import Wrap, apart
+from ..foundation.geometry import Wrap
 from ..model import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
-from .parts import PARTS, TEXTURE, Part, measured, sources_of, square_side, square_usage
+from .parts import PARTS, TEXTURE, Part, measured, sources_of
 from .sources import STEP, Reference, Sources
 from .windows import SIDE, block_means
 
@@ -134,11 +134,6 @@ class Judged:
     looks: tuple[JudgedPart, ...]
     factor: int
 
-    @property
-    def finest(self) -> list[Sources]:
-        """The sources of the smallest windows in each judged part; parts without windows are left out."""
-        return [look.sources[0] for look in self.looks if look.sources]
-
 
 def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
     """Judge a picture by its base plane; InputError if its channels differ from the exemplars'."""
@@ -230,27 +225,6 @@ def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
 
 
 SIZES = 2  # joins are located by windows of so many sizes, the smallest ones
-MOST = 3  # overused places of the exemplar that are reported at most
-MANY = 60  # no further overused place is reported once those before have so many occurrences in the output
-OFTEN = 2.5  # use relative to the mean, from which on a place is reported
-RETURNS = 3  # least occurrences in the output of a place that is reported
-
-
-class Circle(NamedTuple):
-    """A circle in a picture: centre and radius, in px."""
-
-    y: float
-    x: float
-    radius: float
-
-
-class Overused(NamedTuple):
-    """An overused place: the number of its exemplar, where it is, its use relative to the mean, its occurrences."""
-
-    number: int
-    place: Circle
-    times: float
-    occurrences: tuple[Circle, ...]
 
 
 def local_join_costs(judged: Judged, size: Pair) -> Array:
@@ -275,103 +249,3 @@ def local_join_costs(judged: Judged, size: Pair) -> Array:
         return total
     rim = (np.clip(np.arange(n), at[0], at[-1]) for n, at in zip(total.shape, known, strict=True))
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
-
-
-def overused_places(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Overused, ...]:
-    """Return the places of the exemplars that are used OFTEN times the mean or more, the most used first.
-
-    `exemplars`, `output`: their sizes (height, width), px.
-    """
-    first = judged.finest
-    if not first:
-        return ()
-    table = first[0].level.windows.table
-    often = square_usage(table, np.sum([s.usage for s in first], axis=0))
-    known, side = often >= 0, square_side(table)
-    mean = float(often[known].mean()) if known.any() else 0.0
-    if mean == 0:
-        return ()
-    found = list[Overused]()
-    apart = 2 * side + SIDE // first[0].level.windows.stride
-    while len(found) < MOST and sum(len(o.occurrences) for o in found) < MANY and often.max() >= OFTEN * mean:
-        row, column = (int(n) for n in np.unravel_index(int(often.argmax()), often.shape))
-        times = float(often[row, column]) / mean
-        often[max(0, row - apart + 1) : row + apart, max(0, column - apart + 1) : column + apart] = -1
-        spots = tuple(_spots(judged, (row, column), output))
-        if len(spots) >= RETURNS:
-            number, place = _place(first[0], (row, column), judged.factor, exemplars)
-            found.append(Overused(number, place, times, spots))
-    return tuple(found)
-
-
-def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
-    """Return how often pixels of each exemplar (H, W) are used, relative to the mean, estimated from source windows.
-
-    `SourceMap.usage` gives exact counts if the map is known. Pixels that the reduction cuts off count as 0.
-    """
-    first = judged.finest
-    out = [np.zeros(size) for size in exemplars]
-    if not first:
-        return out
-    windows = first[0].level.windows
-    usage, n = np.sum([s.usage for s in first], axis=0), windows.factor * judged.factor
-    for number, (begin, height, width) in enumerate(_rows(first[0], judged.factor, exemplars)):
-        mine = np.s_[begin : begin + height, :width]
-        there, counts = (windows.table[mine] >= 0).astype(np.int64), usage[mine]
-        spread = -(-SIDE // windows.stride)
-        around = ((spread - 1, spread - 1),) * 2
-        times, most = (window_sums(np.pad(a, around), (spread, spread)) for a in (counts, there))
-        share = np.repeat(np.repeat(times / np.maximum(most, 1), windows.stride * n, 0), windows.stride * n, 1)
-        high, wide = (min(a, b) for a, b in zip(share.shape, out[number].shape, strict=True))
-        out[number][:high, :wide] = share[:high, :wide]
-    mean = float(usage.sum()) / max(int((windows.table >= 0).sum()), 1)
-    return [picture / mean for picture in out] if mean else out
-
-
-def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tuple[int, int, int]]:
-    """Return for each exemplar its first row in the table of windows, its height and its width there."""
-    windows, out, begin = sources.level.windows, list[tuple[int, int, int]](), 0
-    for size in exemplars:
-        room = [n // factor // windows.factor - SIDE + 1 for n in size]
-        height, width = (max(0, -(-n // windows.stride)) if min(room) > 0 else 0 for n in room)
-        out.append((begin, height, width))
-        begin += height + SIDE * (height > 0)
-    return out
-
-
-def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Circle]:
-    """Return the exemplar, and the place in it, of the square of the table that begins at `at`."""
-    windows, (row, column) = sources.level.windows, at
-    rows = _rows(sources, factor, exemplars)
-    number = max(n for n, (begin, height, _) in enumerate(rows) if height and begin <= row)
-    n, radius = windows.factor * factor, _radius(sources, factor)
-    return number, Circle(
-        (row - rows[number][0]) * windows.stride * n + radius, column * windows.stride * n + radius, radius
-    )
-
-
-def _radius(sources: Sources, factor: int) -> float:
-    windows = sources.level.windows
-    return (square_side(windows.table) * windows.stride + SIDE) * windows.factor * factor / 2
-
-
-def _spots(judged: Judged, at: Pair, output: Pair) -> list[Circle]:
-    """Return the places of the output whose sources lie in the square of the table that begins at `at`."""
-    out = list[Circle]()
-    for look in judged.looks:
-        if not look.sources:
-            continue
-        sources = look.sources[0]
-        windows = sources.level.windows
-        off = windows.at[sources.number] - at
-        inside = ((off >= 0) & (off < square_side(windows.table))).all(axis=2)
-        numbers, count = ndimage.label(inside, np.ones((3, 3)))
-        radius, half = _radius(sources, judged.factor), SIDE * windows.factor / 2
-        for k in range(1, count + 1):
-            middle = np.argwhere(numbers == k).mean(axis=0) * STEP + half
-            y, x = (
-                (b + float(m) * judged.factor) % n for b, m, n in zip(look.begin, middle, output, strict=True)
-            )
-            if all(max(apart(y, s.y, output[0], True), apart(x, s.x, output[1], True)) > radius for s in out):
-                out.append(Circle(y, x, radius))
-    return out

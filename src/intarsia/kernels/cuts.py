@@ -187,18 +187,14 @@ def find_path(
 
 
 @kernel
-def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> int:
-    """Mark the edges of the path that ends in corner `v` as cut; return their cost."""
+def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> None:
+    """Mark the edges of the path that ends in corner `v` as cut."""
     half = edge.size // 2
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
-    cost = 0
     while came[v] != 4:
         d = came[v]
         v -= steps[d]
-        e = v + edges[d]
-        cost += edge[e]
-        edge[e] = _CUT
-    return cost
+        edge[v + edges[d]] = _CUT
 
 
 @kernel
@@ -387,10 +383,8 @@ def _walk_border(state: UInt8, gaps: Int32, edge: Int32) -> int:
 
 
 @kernel
-def min_cut(
-    state: UInt8, right: Int32, down: Int32, out: UInt8
-) -> int:
-    """Split a window between old and new by a minimum cut; return its cost.
+def min_cut(state: UInt8, right: Int32, down: Int32, out: UInt8) -> None:
+    """Split a window between old and new by a minimum cut.
 
     `state`: 0 where a pixel must stay old, 2 where it must become new, 1 where it is free; costs are
     non-negative and below 2**30. `out` becomes 1 where the new patch is taken. The total of the costs between
@@ -403,9 +397,10 @@ def min_cut(
     olds, news, inland = _pieces(state)
     if olds == 0 or news == 0:
         out[:] = 1 if olds == 0 else 0
-        return 0
+        return
     if inland > 0 or height < 2 or width < 2:
-        return grid_min_cut(state, right, down, out)
+        grid_min_cut(state, right, down, out)
+        return
     size = (height + 2) * (width + 1)
     edge = np.empty(2 * size, np.int32)
     total = lay_edges(state, right, down, edge)
@@ -419,7 +414,8 @@ def min_cut(
         if (olds if state[y, x] == NEW else news) != 1:
             offset = 1
             if (olds if state[y, x] == OLD else news) != 1:
-                return grid_min_cut(state, right, down, out)
+                grid_min_cut(state, right, down, out)
+                return
     far = np.empty(size, np.int64)
     came = np.empty(size, np.uint8)
     # The length of a seam counts below its cost, where both fit together.
@@ -429,9 +425,7 @@ def min_cut(
     if total >= 1 << (61 - shift):
         shift = 0
     step = typical(edge) << (shift + 3)
-    cost = 0
     for g in range(offset, found + offset, 2):
         end = find_path(edge, height, width, gaps[g], gaps[(g + 1) % found], shift, step, far, came)
-        cost += take_path(end, width + 1, came, edge)
+        take_path(end, width + 1, came, edge)
     paint(state, edge, out)
-    return cost

@@ -16,7 +16,6 @@ from .jit import kernel
 FAR = np.int64(1) << 62
 LEAF = 12
 DEEP = 64
-FEW = 64  # points that are sorted one by one
 NOWHERE: Int64 = np.zeros((0, 2), np.int64)
 
 
@@ -36,7 +35,7 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
     """Sort points (N, D) into leaves in place; `order` (N,) begins as 0 .. N-1. Equal ones keep their order."""
     dims, before, numbers = points.shape[1], np.empty_like(points), np.empty_like(order)
     least, most = np.empty(dims, np.int64), np.empty(dims, np.int64)
-    sorting = np.empty((2, len(points)), np.int64)
+    keys = np.empty(len(points), np.int64)
     stack = np.empty((DEEP, 3), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(points)
     top = 1
@@ -54,13 +53,13 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
         for d in range(1, dims):
             widest = d if most[d] - least[d] > most[widest] - least[widest] else widest
         for i in range(high - low):
-            sorting[0, i] = ((points[low + i, widest] - least[widest]) << 32) + i
+            keys[i] = ((points[low + i, widest] - least[widest]) << 32) + i
             numbers[i] = order[low + i]
             for d in range(dims):
                 before[i, d] = points[low + i, d]
-        by = sort_keys(sorting, high - low, most[widest] - least[widest])
+        keys[: high - low].sort()
         for i in range(high - low):
-            at = sorting[by, i] & 0xFFFFFFFF
+            at = keys[i] & 0xFFFFFFFF
             order[low + i] = numbers[at]
             for d in range(dims):
                 points[low + i, d] = before[at, d]
@@ -69,39 +68,6 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
         stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 1, low, middle
         stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = 2 * node + 2, middle, high
         top += 2
-
-
-@kernel
-def sort_keys(both: Any, n: int, most: Any) -> int:
-    """Sort the first `n` of ``both[0]``: keys of 0 to `most` times 2**32 plus an index, rising.
-
-    ``both`` (2, N) int64; return which half of it holds the result. Insertion sort for few, radix sort by eight
-    bits for many.
-    """
-    if n <= FEW:
-        for i in range(1, n):
-            value, at = both[0, i], i
-            while at > 0 and both[0, at - 1] > value:
-                both[0, at] = both[0, at - 1]
-                at -= 1
-            both[0, at] = value
-        return 0
-    begins, by = np.empty(256, np.int64), 0
-    for shift in range(32, 64, 8):
-        if most >> (shift - 32) == 0:
-            break
-        begins[:] = 0
-        for i in range(n):
-            begins[(both[by, i] >> shift) & 255] += 1
-        total = 0
-        for k in range(256):
-            begins[k], total = total, total + begins[k]
-        for i in range(n):
-            k = (both[by, i] >> shift) & 255
-            both[1 - by, begins[k]] = both[by, i]
-            begins[k] += 1
-        by = 1 - by
-    return by
 
 
 @kernel

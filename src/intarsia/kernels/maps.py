@@ -1,7 +1,6 @@
 """Kernels on maps: reading windows of a partial map, pasting patches by a minimum cut, connected pieces.
 
-A window is given by its first pixel; on wrapped axes it may reach over the border. Two neighbours belong to one piece,
-frames and fractions included, if one continues the other in the exemplar.
+A window is given by its first pixel; on wrapped axes it may reach over the border.
 """
 
 from __future__ import annotations
@@ -10,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Floats, Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from ..foundation.geometry import ISOMETRIES
-from .cuts import find_root, join, min_cut, seam_costs
+from .cuts import find_root, min_cut, seam_costs
 from .jit import kernel
+from .maxflow import FREE, NEW, OLD
 
 HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint8
-OLD, FREE, NEW = 0, 1, 2
 
 
 class PartialMap(NamedTuple):
@@ -229,65 +228,6 @@ J = np.array([isometry.j for isometry in ISOMETRIES], dtype=np.int64).reshape(8,
 
 # Columns of the tables of pieces and groups; TOP .. RIGHT is the box of the pixels themselves, half open.
 WHICH, POSE, OY, OX, TOP, LEFT, BOTTOM, RIGHT = range(8)
-NEAR = 1.0
-"""Greatest deviation in px of a neighbour from the continued position, along each axis; rounding may reach it."""
-
-
-@kernel
-def goes_on(
-    at: Floats,
-    j: Floats,
-    which: UInt8,
-    pose: UInt8,
-    y: int,
-    x: int,
-    axis: int,
-) -> bool:
-    """Return whether the next pixel along an axis continues a pixel: it lies where the mean of both frames leads."""
-    v, u = (y + 1, x) if axis == 0 else (y, x + 1)
-    if which[y, x] != which[v, u]:
-        return False
-    if which[y, x] == HOLE:
-        return True
-    if pose[y, x] != pose[v, u]:
-        return False
-    for k in range(2):
-        step = (j[y, x, k, axis] + j[v, u, k, axis]) / 2
-        if abs(at[v, u, k] - at[y, x, k] - step) > NEAR:
-            return False
-    return True
-
-
-@kernel
-def label_flowing(
-    at: Floats, j: Floats, which: UInt8, pose: UInt8
-) -> Int32:
-    """Number the connected pieces (H, W) in the order of their first pixels; holes are a class of their own.
-
-    `at` (H, W, 2): positions in the exemplar, `j` (H, W, 2, 2): frames.
-    """
-    height, width = which.shape
-    labels = np.empty((height, width), np.int32)
-    parent = np.arange(height * width).astype(np.int32)
-    for y in range(height):
-        for x in range(width):
-            own = y * width + x
-            labels[y, x] = own
-            for axis in range(2):
-                before = own - width if axis == 0 else own - 1
-                v, u = (y - 1, x) if axis == 0 else (y, x - 1)
-                if v < 0 or u < 0 or not goes_on(at, j, which, pose, v, u, axis):
-                    continue
-                join(parent, own, before)
-    number = np.empty(height * width, np.int32)
-    pieces = 0
-    for own in range(height * width):
-        if parent[own] == own:
-            number[own] = pieces
-            pieces += 1
-        labels[own // width, own % width] = number[find_root(parent, own)]
-    return labels
-
 
 @kernel
 def _first_pass(

@@ -26,20 +26,6 @@ MOST = (1 << 63) - 1  # no flow is more
 
 
 @kernel
-def cut_cost(mask: UInt8, right: Int32, down: Int32) -> int:
-    """Return the cost of a cut: that between all neighbouring pixels on different sides of `mask`."""
-    height, width = mask.shape
-    total = 0
-    for y in range(height):
-        for x in range(width):
-            if x + 1 < width and mask[y, x] != mask[y, x + 1]:
-                total += right[y, x]
-            if y + 1 < height and mask[y, x] != mask[y + 1, x]:
-                total += down[y, x]
-    return total
-
-
-@kernel
 def _measure_heights(kind: Any, room: Any, sink: Any, step: Any, level: Any, reached: Any) -> Any:
     """Write each pixel's residual distance to an old one, or to the sink, in arcs; the size: unreachable.
 
@@ -222,10 +208,8 @@ def least_cut(state: Any, terms: Any, more: Any, out: Any, most: Any) -> Any:
 
 
 @kernel
-def grid_min_cut(
-    state: UInt8, right: Int32, down: Int32, out: UInt8
-) -> int:
-    """Split a window of any shape between old and new by a minimum cut; return its cost.
+def grid_min_cut(state: UInt8, right: Int32, down: Int32, out: UInt8) -> None:
+    """Split a window of any shape between old and new by a minimum cut.
 
     `state`: 0 where a pixel must stay old, 2 where it must become new, 1 where it is free. `out`
     becomes 1 where the new one is taken. Of several minimum cuts this is the one with the fewest old pixels:
@@ -236,9 +220,8 @@ def grid_min_cut(
     any_old = np.any(state == OLD)
     if not any_old or not np.any(state == NEW):
         out[:] = 0 if any_old else 1
-        return 0
+        return
     terms = np.zeros((3, 2, height, width), np.int32)
     for k in range(1, 3):
         terms[k, 0, :, :-1], terms[k, 1, :-1] = right, down
     least_cut(state, terms, np.zeros((0, 0), np.int64), out, MOST)
-    return cut_cost(out, right, down)

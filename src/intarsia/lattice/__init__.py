@@ -32,13 +32,12 @@ from .correlation_peaks import (
     CorrelatedPictures,
     CorrelationMap,
     correlation_map,
-    distinct,
     lattice_candidates,
     pictures,
     waves_of,
 )
 from .decision import REFUSED, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
-from .fit import fitted, refined, relatives, score, shortlist
+from .fit import fitted, refined, score, shortlist
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Vectors = tuple[Vector, Vector]
@@ -174,7 +173,6 @@ def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int 
 
 LEAST_SIDE = 16  # px: four times the shortest vector searched; nothing is searched in smaller exemplars
 SHOWN = 5  # candidates that are returned
-FAMILY = 6  # best lattices of which double and half cells are scored as well
 
 
 def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = False) -> Lattices:
@@ -232,14 +230,10 @@ def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
 
 
 def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
-    """Return the best lattices of two vectors: shortlist, fit, score, then add double and half cells of the best."""
+    """Return the best lattices of two vectors: shortlist, fit, score."""
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
     scored = score(found, lattices)
-    kin = relatives(scored.vectors[scored.best(FAMILY)])
-    more, others = fitted(found, distinct(kin, *size), size)
-    scored = score(found, distinct(np.concatenate([lattices, more]), *size))
-    fits = others | fits
     best = [(k, fits[tuple(scored.vectors[k].ravel().tolist())]) for k in scored.ranked(SHOWN)]
     return [two_vectors(found, scored, k, one, prepared) for k, one in best]
 

@@ -44,7 +44,6 @@ class Turning:
     reach = 0.24  # half px per px of pitch: peaks are searched within an eighth of it; halved, doubled: no change
     least = 2  # half px: least search radius of peaks; 1 and 4: the same
     drift = 0.03  # of a pitch, as far as it is varied: fits that change it by more are ignored; 0: three change
-    apart = 0.02  # of a pitch, plus 1 px: pitches that differ by less count as one; 0 to 0.04: the same
 
 
 class RowPitch(NamedTuple):
@@ -62,7 +61,7 @@ class RowPitch(NamedTuple):
 
 
 def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
-    """Return the pitch of courses across each frequency, best contrast first; of nearly equal ones the first.
+    """Return the pitches of courses across the three best frequencies, best contrast first.
 
     `waves`: arrays of frequencies (fy, fx), cycles per px. The best three are refined in direction.
     """
@@ -72,12 +71,7 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     tried.sort(key=lambda known: known[0].rank)
     hint = MILLION * Limits.courses / 4  # refining adds at most a fifth to a contrast (158 textures)
     best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: Turning.waves]]
-    kept: list[RowPitch] = []
-    for one in sorted(best, key=lambda one: one.rank):
-        least = 1 + Turning.apart * math.hypot(*one.pitch)
-        if all(math.dist(one.pitch, np.multiply(other.pitch, k)) > least for other in kept for k in (1, -1)):
-            kept.append(one)
-    return kept
+    return sorted(best, key=lambda one: one.rank)
 
 
 def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:

@@ -110,9 +110,6 @@ class Ranking:
     fitted = 60  # best of these, which are fitted and contrasted with all phases; 30, 120: none
     rival = 85  # per cent: least confidence, of one preferred for its mean (2 of 96 crops); 42, 100: none
     better = 130  # per cent: and least mean correlation, of that of the most confident; 115: two change, 260: none
-    finer = 80  # per cent: least confidence, of that of the first, of a sublattice preferred to it; 40, 95: none
-    alike = 90  # per cent: least mean, of that of the first, of a lattice with all its points and more; 45: one
-    whole = 0.1  # largest distance from whole numbers of its vectors in those of the finer; halved, doubled: none
 
 
 class Fitting:
@@ -147,37 +144,19 @@ class Scored(NamedTuple):
 
         A lattice about as confident as the most confident one but of a much higher mean correlation comes first: small
         tiles that differ only in colour give a small cell of many points, but only the larger cell keeps the colours.
-        A finer lattice that contains all points of that one and is about as good comes before it.
         """
         order = self.best(most)
-        if len(order):
-            top = order[0]
-            rivals = order[
-                (self.points[order] >= ENOUGH)
-                & (100 * self.confidence[order] >= Ranking.rival * self.confidence[top])
-                & (100 * self.mean[order] >= Ranking.better * self.mean[top])
-            ]
-            if len(rivals) and self.confidence[top] > 0:
-                top = rivals[np.argmax(self.mean[rivals])]
-            finer = [k for k in order if self._refines(int(k), int(top))]
-            top = finer[0] if finer else top
-            order = np.concatenate([[top], order[order != top]])
-        return order
-
-    def _refines(self, k: int, top: int) -> bool:
-        """Return whether lattice k contains all points of lattice `top` and more, and is about as good.
-
-        Needed as phases in eighths reveal that a cell is twice too large, but not that it is seven times too large.
-        """
-        sure = 100 * self.confidence[k] >= Ranking.finer * self.confidence[top]
-        if not sure or 100 * self.mean[k] < Ranking.alike * self.mean[top]:
-            return False
-        small, large = (self.vectors[i].astype(np.float64) for i in (k, top))
-        (p, q), (r, s) = small
-        times = large @ np.array([[s, -q], [-r, p]]) / (p * s - q * r)
-        whole = np.rint(times)
-        index = abs(round(float(whole[0, 0] * whole[1, 1] - whole[0, 1] * whole[1, 0])))
-        return index > 1 and bool(np.abs(times - whole).max() < Ranking.whole)
+        if not len(order):
+            return order
+        top = order[0]
+        rivals = order[
+            (self.points[order] >= ENOUGH)
+            & (100 * self.confidence[order] >= Ranking.rival * self.confidence[top])
+            & (100 * self.mean[order] >= Ranking.better * self.mean[top])
+        ]
+        if len(rivals) and self.confidence[top] > 0:
+            top = rivals[np.argmax(self.mean[rivals])]
+        return np.concatenate([[top], order[order != top]])
 
 
 def score(found: CorrelationMap, vectors: Int64) -> Scored:
@@ -295,11 +274,3 @@ def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, di
         if one is not None:
             fits[tuple(_in_units(one).ravel().tolist())] = one
     return distinct(np.array(list(fits), np.int64).reshape(-1, 2, 2), *size), fits
-
-
-def relatives(vectors: Int64) -> Int64:
-    """Return the lattices with cells twice and half as large, the most frequent errors of candidates."""
-    v, w = vectors[:, 0], vectors[:, 1]
-    double = [(2 * v, w), (v, 2 * w), (v + w, v - w)]
-    half = [(v // 2, w), (v, w // 2), ((v + w) // 2, w)]
-    return canonical(np.concatenate([np.stack(pair, axis=1) for pair in (*double, *half)]))

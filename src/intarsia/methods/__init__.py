@@ -83,10 +83,8 @@ class Traits(NamedTuple):
     exact : its maps name whole pixels, neither scaled nor rotated.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
     hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.patch_starts`.
-    channel_weights, isometries, min_repeat_distance, keep_lattice : as the parameters of these names.
+    channel_weights, isometries, keep_lattice : as the parameters of these names.
     asked : returns, by name, for parameters that are functions a hash of their values over a canvas or a box.
-    terms : returns, by name, the terms of the energy of a map besides seams, in thresholds of the truncated quadratic
-        per million px.
     """
 
     exact: bool = True
@@ -95,15 +93,8 @@ class Traits(NamedTuple):
     hangs: int | None = None
     channel_weights: tuple[float, ...] | None = None
     isometries: str | tuple[int, ...] = "none"
-    min_repeat_distance: int = 0
     keep_lattice: str = "on"
     asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
-    terms: Callable[[Exemplars, SourceMap], Mapping[str, int]] = lambda exemplars, smap: {}
-
-    @property
-    def spans(self) -> dict[str, list[int] | None]:
-        """Pitch and footprint for JSON, x before y."""
-        return {"pitch": self.pitch and [*self.pitch[::-1]], "footprint": self.footprint and [*self.footprint[::-1]]}
 
 
 def traits(method: Method) -> Traits:
@@ -154,11 +145,6 @@ def keeps_lattice(method: Method) -> bool:
     return any(p.name == "lattice" for p in parameters(method)) and traits(method).keep_lattice == "on"
 
 
-def measures_distances(method: Method | type[Method]) -> bool:
-    """Whether a method, or a class of methods, searches patches by distance."""
-    return getattr(method, "measures", False)
-
-
 class MethodBase:
     """Base class of methods: checks parameters, copies exactly, and delegates to an engine.
 
@@ -188,11 +174,6 @@ class MethodBase:
         method = self.resolved(exemplars, canvas)
         smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
         return smap
-
-    def terms(self, exemplars: Exemplars, smap: SourceMap) -> Mapping[str, int]:
-        """Return the terms of the energy besides seams, if the engine has a function `terms`."""
-        engine: Any = engine_of(self) if self.engine else None
-        return engine.terms(self, exemplars, smap) if hasattr(engine, "terms") else {}
 
 
 class EndlessBase(MethodBase):
@@ -356,9 +337,6 @@ poses = partial(
 )
 repeat_penalty = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
 lattice_vectors = partial(param, AUTO, "vectors", low=-65536, high=65536, unit="px")
-repeat_distance = partial(
-    param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
-)
 search_ways = partial(
     param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
 )

@@ -67,7 +67,6 @@ class Graphcut(methods.CutSquares):
     paper = "Kwatra et al. 2003"
     summary = "patches of free shape, which grow over each other"
     engine = "intarsia.seams.graphcut_synthesis"
-    measures = True
     supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
     patch: Extent = param(

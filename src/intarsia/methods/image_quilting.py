@@ -40,8 +40,6 @@ class ImageQuilting(methods.CutSquares):
         Which mirrored and rotated patches may be used, default "none".
     repeat_penalty : float
         Price of using a patch again, in usual distances, 0 to 100, default 0.05.
-    min_repeat_distance : int
-        No exemplar pixel recurs within this distance in the output, px, default 0.
     search : {"fast", "exact"}
         Short-list candidates at reduced (default) or at full resolution.
     seam : {"difference", "gradient", "sharp"}
@@ -60,7 +58,6 @@ class ImageQuilting(methods.CutSquares):
     paper = "Efros and Freeman 2001; Robinson 2004"
     summary = "matching patches joined along the cheapest seam"
     engine = "intarsia.patches.quilting"
-    measures = True
     supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
     patch: Extent = methods.patch_side()
@@ -73,7 +70,6 @@ class ImageQuilting(methods.CutSquares):
     channel_weights: Weights = methods.channel_weights()
     isometries: Poses = methods.poses()
     repeat_penalty: float = methods.repeat_penalty()
-    min_repeat_distance: int = methods.repeat_distance()
     search: str = methods.search_ways()
     seam: str = methods.cut_cost("difference")
     boundary_patch: int | None = methods.boundary_patch()

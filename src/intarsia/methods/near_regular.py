@@ -53,7 +53,7 @@ class NearRegular(methods.EndlessBase):
     paper = "Lopez Recas, Hilsmann and Eisert 2011"
     summary = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
     engine = "intarsia.regular.near_regular"
-    supports = methods.abilities("wrap", "start", "mask", "window")
+    supports = methods.abilities("wrap", "mask", "window")
 
     lattice: Steps | None = methods.lattice_vectors(
         "the lattice vectors of the texture; automatic: found in the exemplar"

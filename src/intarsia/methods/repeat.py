@@ -18,4 +18,4 @@ class Repeat(EndlessBase):
     paper = "none"
     summary = "the exemplar again and again"
     engine = "intarsia.regular.repeat"
-    supports = abilities("start", "window")
+    supports = abilities("window")

@@ -175,14 +175,6 @@ class Guide:
         return str(called[label]) if label < len(called) else str(label)
 
     @property
-    def digest(self) -> str:
-        """SHA-256 of everything that affects a result."""
-        h = hashlib.sha256(f"{float(self.weight)!r}|{int(self.reach)}".encode())
-        for plane in (*self.sources, self.target):
-            plane.hashed(h)
-        return h.hexdigest()
-
-    @property
     def digests(self) -> tuple[str, ...]:
         """SHA-256 of each source and of the target; of labels by their names, so that each is comparable alone."""
         return tuple(self._digest(plane) for plane in (*self.sources, self.target))
@@ -191,8 +183,7 @@ class Guide:
     def as_recipe(self) -> dict[str, Any]:
         """The guide as saved in recipes: hashes of the pictures, weight and reach."""
         *labels, target = self.digests
-        said = {"sha256": self.digest, "labels": labels, "target": target}
-        return said | {"weight": self.weight, "reach": self.reach}
+        return {"labels": labels, "target": target, "weight": self.weight, "reach": self.reach}
 
     def _digest(self, plane: Plane) -> str:
         pixels, called = plane.pixels, ""
@@ -206,12 +197,11 @@ class Guide:
     def _check_labels(self) -> None:
         if self.target.channels != 1 or self.target.is_float:
             raise InputError("labels are whole numbers in one channel; number the colours first.")
-        missing = sorted(set(self.names).difference(*(np.unique(s.pixels).tolist() for s in self.sources)))
-        if missing:
-            named = ", ".join(map(str, missing[:8])) + ("" if len(missing) <= 8 else ", ...")
+        there = set().union(*(np.unique(s.pixels).tolist() for s in self.sources))
+        if missing := sorted(set(self.names) - there):
+            unknown, known = (", ".join(map(self.name_of, some[:8])) for some in (missing, sorted(there)))
             raise InputError(
-                f"the target's label{'s' * (len(missing) > 1)} {named} do{'es' * (len(missing) == 1)} not occur beside "
-                "the exemplar; map to labels that do."
+                f"the target asks for {unknown}, which is in no label picture; paint with {known}, or label it."
             )
 
 
@@ -233,7 +223,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
     Raises
     ------
     InputError
-        for other pixels, too many colours, too many stray pixels, and a target with labels that no source has.
+        for other pixels, too many colours, and too many stray pixels.
     """
     counted = [np.unique(_packed(*one), return_inverse=True, return_counts=True) for one in pictures]
     areas = [plane.height * plane.width for _, plane in pictures]
@@ -258,13 +248,6 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
             warn(f"{name}: {stray} px of {kinds} odd colours were given the nearest label.")
         apart = ((_channels(colours)[:, None] - _channels(labels)) ** 2).sum(axis=2)
         numbers.append(apart.argmin(axis=1)[at].reshape(plane.shape).astype(np.uint8))
-    there = set().union(*(np.unique(n).tolist() for n in numbers[:-1]))
-    missing = sorted(set(np.unique(numbers[-1]).tolist()) - there)
-    if missing:
-        unknown, known = (", ".join(meta["labels"][k] for k in some[:8]) for some in (missing, sorted(there)))
-        raise InputError(
-            f"{pictures[-1][0]} asks for {unknown}, which is in no label picture; paint with {known}, or label it."
-        )
     return [Plane(n, Kind.LABEL, meta=meta) for n in numbers]
 
 

@@ -157,8 +157,12 @@ class Plane(Shaped):
         return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
 
     def _repr_png_(self) -> bytes:
+        """Return the plane as an 8-bit PNG, which notebooks show."""
+        from PIL import Image
 
-        return encoded(to_display(self.pixels, self.kind, self.transfer is Transfer.LINEAR))
+        shown, buffer = to_display(self.pixels, self.kind, self.transfer is Transfer.LINEAR), io.BytesIO()
+        Image.fromarray(np.ascontiguousarray(shown)).save(buffer, "png")
+        return buffer.getvalue()
 
 
 def _frozen(pixels: Array) -> bool:
@@ -327,17 +331,6 @@ def to_display(pixels: Array, kind: str, linear: bool) -> Array:
     if seen.shape[2] > 4:
         seen = seen[:, :, :3]
     return seen[:, :, 0] if seen.shape[2] == 1 else seen
-
-
-def encoded(pixels: Array, quality: int | None = None) -> bytes:
-    """Return 8-bit pixels (H, W) or (H, W, C) encoded as PNG, or as JPEG if a quality of 1 to 95 is given."""
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    whole = pixels[:, :, 0] if pixels.ndim == 3 and pixels.shape[2] == 1 else pixels
-    lossy = {} if quality is None else {"quality": quality}
-    Image.fromarray(np.ascontiguousarray(whole)).save(buffer, "png" if quality is None else "jpeg", **lossy)
-    return buffer.getvalue()
 
 
 def _to_its_range(samples: Array) -> Array:

@@ -30,6 +30,7 @@ from ..foundation import (
     expect,
     expect_path,
     legible,
+    ndimage,
     printable,
 )
 from ..foundation.arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
@@ -50,7 +51,13 @@ ROWS = 16
 
 UPRIGHT = np.eye(2, dtype=np.float32)
 
-_POSES = np.array([isometry.j for isometry in ISOMETRIES], np.float64)
+NEAR = 1.0
+"""Greatest deviation in px of a neighbour from the continued position, along each axis; rounding may reach it."""
+
+BESIDE = (np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])
+"""All pixels that have a next one along an axis, and these next ones."""
+
+_POSES = np.array([isometry.j for isometry in ISOMETRIES], np.int64)
 
 
 def frozen(name: str, value: Any, dtype: Any, shape: tuple[int, ...] | None) -> Array | None:
@@ -110,7 +117,7 @@ def _unsound(frame: Array, holes: Array) -> int:
 
 def matrices(frame: Array | None, pose: Array) -> Floats:
     """Return the Jacobian of every pixel, (H, W, 2, 2), from frames, or from poses if there are none."""
-    return frame.astype(np.float64) if frame is not None else _POSES[np.minimum(pose, 7)]
+    return (_POSES[np.minimum(pose, 7)] if frame is None else frame).astype(np.float64)
 
 
 def positions(yx: Array, sub: Array | None) -> Floats:
@@ -229,12 +236,30 @@ class SourceMap(Shaped):
 
         With frames or fractions: neighbours that lie within 1 px of where the mean of their frames leads.
         """
-        from ..kernels.maps import label_flowing, label_pieces
+        joined, holes = np.zeros([2 * n - 1 for n in self.shape], bool), self.holes
+        joined[::2, ::2] = True
+        for axis, between in enumerate((joined[1::2, ::2], joined[::2, 1::2])):
+            this, that = BESIDE[axis]
+            between[:] = ~self.parted(axis) | holes[this] & holes[that]
+        return np.asarray(ndimage.label(joined)[0][::2, ::2] - 1)
 
-        if not self.exact:
-            where = positions(self.yx, self.sub), matrices(self.frame, self.turns)
-            return label_flowing(*where, self.numbers, self.turns)
-        return label_pieces(self.yx, self.numbers, self.turns)[0]
+    def steps(self, axis: int) -> Array:
+        """Return where the next pixel along an axis lies in the exemplar if a piece goes on, from each: (H, W, 2)."""
+        if self.frame is not None:
+            return self.frame[:, :, :, axis].astype(np.float64)
+        return np.asarray(_POSES[:, :, axis][np.minimum(self.turns, 7)])
+
+    def parted(self, axis: int) -> Mask:
+        """Return where a pixel and the next along an axis are of different pieces; one row, or column, fewer."""
+        this, that = BESIDE[axis]
+        which, pose = self.numbers, self.turns
+        out: Mask = (which[this] != which[that]) | (pose[this] != pose[that])
+        steps = self.steps(axis)
+        for k in range(2):
+            at = self.yx[:, :, k] if self.sub is None else self.yx[:, :, k] + self.sub[:, :, k].astype(np.float64)
+            ahead, step = at[that] - at[this], steps[:, :, k]
+            out |= (ahead != step[this]) if self.exact else np.abs(ahead - (step[this] + step[that]) / 2) > NEAR
+        return out
 
     def usage(self) -> list[Int64]:
         """Return how often every pixel of each exemplar is used: int64 (height, width) for each.

@@ -23,14 +23,13 @@ import numpy as np
 
 from ..analysis import window_sums
 from ..foundation import ndimage
-from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.arrays import Array, Int32, Laid, Mask, Pair, UInt8
 from ..foundation.blend import Blend
 from ..foundation.geometry import Wrap, apart, spread
 from ..foundation.run import below
 from ..kernels import maps
-from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
+from ..kernels.cuts import SeamPrice
 from ..kernels.maps import PartialMap
-from ..kernels.maxflow import FREE, NEW, OLD
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import HOLE, Source, SourceMap
@@ -191,87 +190,10 @@ def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
     return np.asarray(depth[inner])
 
 
-def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> SourceMap:
-    """Return the unfinished map of a canvas: the start map, in its holes what is placed already, and holes."""
+def drafted(laid: Laid, source: Source, wrap: Wrap) -> SourceMap:
+    """Return the unfinished map of a canvas: what is placed already, and holes."""
     yx, pose, there = laid
-    if start is not None:
-        yx, pose, there = np.where(start.holes[:, :, None], yx, start.yx), None, there | ~start.holes
     return SourceMap(yx, np.where(there, 0, HOLE).astype(np.uint8), pose, (source,), wrap)
-
-
-@dataclass(frozen=True, eq=False)
-class Continuation:
-    """The start map of a canvas, for methods that align an endless texture with it."""
-
-    start: SourceMap
-    depth: Array  # (H, W): chessboard distance of known pixels from the nearest hole, px; 0 in holes
-    rim: int  # start pixels of at most this depth may be replaced, px
-    # The exemplar pixel that canvas pixel (0, 0) shows, or would show if the largest piece were continued that far.
-    anchor: Pair
-    band: Mask  # (H, W): the pixels of that piece near holes, with which the texture added is aligned
-
-    @classmethod
-    def of(cls, canvas: Canvas, rim: int) -> Continuation | None:
-        """Return the continuation of a canvas's start map; None if there is none, or only holes.
-
-        `rim`: how deep start pixels may be replaced, px, if the canvas does not set it; and the width of the band.
-        """
-        if canvas.start is None or bool(canvas.start.holes.all()):
-            return None
-        start, deepest = canvas.start, rim if canvas.rim is None else canvas.rim
-        known = ~start.holes
-        depth = depth_of(known, canvas.wrap, max(rim, deepest))
-        here = np.moveaxis(np.indices(known.shape), 0, 2)
-        offset = start.yx.astype(np.int64) - here
-        upright = known if start.pose is None else known & (start.pose == 0)
-        found, counts = np.unique(offset[upright if upright.any() else known], axis=0, return_counts=True)
-        anchor: Pair = tuple(found[int(np.argmax(counts))].tolist())  # of equals the first
-        band = upright & (offset == anchor).all(axis=2) & (depth <= rim)
-        return cls(start, depth, deepest, anchor, band)
-
-    @property
-    def full(self) -> bool:
-        """True where nothing is to be added."""
-        return not bool(self.start.holes.any())
-
-    def zone(self, at: Pair, window: Mask, side: int) -> Int64:
-        """Return the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`.
-
-        Rows and columns are those of the window, where `window` is True; `side` is copied into the last column.
-        """
-        ok, index = [], []
-        for axis, around in enumerate((self.start.wrap.y, self.start.wrap.x)):
-            n, length = np.arange(window.shape[axis]) + at[axis] - self.anchor[axis], self.band.shape[axis]
-            ok.append(np.full(len(n), True) if around else (n >= 0) & (n < length))
-            index.append(n % length)
-        y, x = np.nonzero(self.band[np.ix_(*index)] & np.outer(*ok) & window)
-        return np.stack([y, x, np.full(len(y), side)], axis=1).astype(np.int64)
-
-    def joined(
-        self, yx: Int32, pose: UInt8 | None, picture: Int16
-    ) -> tuple[Int32, UInt8 | None]:
-        """Cut the start map into a new map along the cheapest seam; `picture`: the exemplar's features."""
-        taken = self._taken(yx, picture)
-        if pose is not None or self.start.pose is not None:
-            new, old = (np.zeros(taken.shape, np.uint8) if p is None else p for p in (pose, self.start.pose))
-            pose = np.where(taken, new, old)
-        return np.where(taken[:, :, None], yx, self.start.yx), pose
-
-    def _taken(self, yx: Int32, picture: Int16) -> Mask:
-        """Return where the new map is taken: in holes, next to them if the rim allows, and from there up to the cut."""
-        state = np.where(self.depth > self.rim, OLD, FREE).astype(np.uint8)
-        state[self.depth <= min(self.rim, 1)] = NEW
-        taken: Mask = state == NEW
-        free = np.argwhere(state == FREE)
-        if len(free):
-            (y0, x0), (y1, x1) = np.maximum(free.min(axis=0) - 1, 0), free.max(axis=0) + 2
-            box = slice(y0, y1), slice(x0, x1)
-            new = picture[yx[box][:, :, 0], yx[box][:, :, 1]]
-            old = picture[self.start.yx[box][:, :, 0], self.start.yx[box][:, :, 1]]
-            out = np.empty(new.shape[:2], np.uint8)
-            min_cut(np.ascontiguousarray(state[box]), *seam_costs(old, new, PLAIN), out)
-            taken[box] = out.astype(bool)
-        return taken
 
 
 Window = Pair  # row and column in the grid of windows; (number, 0) for windows that lie freely

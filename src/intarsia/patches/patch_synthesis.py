@@ -6,7 +6,7 @@ Overlapping windows keep raster order. A method supplies how one of the candidat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from ..analysis import variance
 from ..analysis.features import features
-from ..foundation import MethodError, lazy, ndimage
+from ..foundation import lazy, ndimage
 from ..foundation.arrays import Array, Int64, Mask, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import patch_starts
@@ -42,20 +42,11 @@ from .repetition import Repetition, patch_saliency
 from .repetition_kernels import edge_cells, weigh_edge
 
 if TYPE_CHECKING:
-    from ..search import distance_map
     from ..search import guide as guiding
-else:  # where labels, or maps of distances, are asked for
-    distance_map, guiding = lazy("intarsia.search.distance_map"), lazy("intarsia.search.guide")
+else:  # where labels are asked for
+    guiding = lazy("intarsia.search.guide")
 
 SLACK = 2  # by default labels may stray 1 / SLACK of a patch along boundaries into another region, at least 2 px
-
-
-class Repeats(NamedTuple):
-    """Control of repeats: the class, the price in usual distances, the least distance of occurrences, px (0: any)."""
-
-    rule: type[Repetition] = Repetition
-    usage: float = 0.0
-    distance: int = 0
 
 
 class Boundaries(NamedTuple):
@@ -96,7 +87,8 @@ class PatchSettings:
     isometries: Poses = "none"
     search: str = "fast"
     listed: int = SHORT_LIST  # number of candidates that a search returns for each window
-    repeats: Repeats = field(default=Repeats())  # control of repeats
+    rule: type[Repetition] = Repetition  # control of repeats
+    usage: float = 0.0  # price of a repeat in usual distances
     rim: int = 0  # how deep start pixels may be replaced, px
     boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
     # Makes a method's own search from these settings, the variants, the size of a window and the number of candidates.
@@ -249,7 +241,7 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
     return replace(below, yx=yx, which=parts[0], pose=parts[1])
 
 
-Choose = Callable[[Window, Candidates, int], Pick | None]
+Choose = Callable[[Window, Candidates, int], Pick]
 Join = Callable[[Window, Pick, Candidates], None]
 
 AROUND_HOLES = 64  # candidates kept of every search for windows around a start map whose rim is 0
@@ -293,9 +285,8 @@ class PatchSynthesis:
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
-        rule, usage, distance = settings.repeats
-        prices = patch_saliency(self.features, self.finder) if usage else None
-        self.repetition = rule(self.finder, self.layout, usage, distance, prices)
+        prices = patch_saliency(self.features, self.finder) if settings.usage else None
+        self.repetition = settings.rule(self.finder, self.layout, settings.usage, prices)
         self.growing = MapBuilder.begin(self.variants, canvas, rim)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -304,7 +295,7 @@ class PatchSynthesis:
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
         self.windows, self.waves = windows, window_batches(self.layout, windows)
-        if rule.in_turn:
+        if settings.rule.in_turn:
             self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:
             self.repetition.note_start(self.growing.variant, self.growing.yx)
@@ -352,7 +343,6 @@ class PatchSynthesis:
                 run.tick(before + number, total, self.draft)
                 self.repetition.account()
                 found = self._search(wave, each, run.workers)
-                self._answer(run, wave, found)
                 bits = draw_many(seed, stage + self.turn.stage, 0, wave)
                 picks = self._picks(wave, found, bits, choose)
                 chosen, size = list(zip(wave, picks, found, strict=True)), -(-len(wave) // run.workers)
@@ -390,24 +380,6 @@ class PatchSynthesis:
         """Return the first pixel of a window on the canvas."""
         return self.layout.at(*window)
 
-    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
-        """Set the distance maps of the run's probe when the first window that holds its pixel is searched."""
-        probe = run.probe
-        if probe is None or probe.maps is not None or self.growing.variant[probe.y, probe.x] != HOLE:
-            return
-        for window, candidates in zip(wave, found, strict=True):
-            y, x = self.at(window)
-            dy, dx = probe.y - y, probe.x - x
-            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
-            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
-            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
-                every = distance_map.distance_maps(candidates, self.variants, scale)
-                probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
-                if candidates.free:
-                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
-                return
-
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)
         parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
@@ -420,11 +392,6 @@ class PatchSynthesis:
             where = self.growing.grown, at[begin:stop]
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where, prices)
-            elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
-                found[begin:stop] = self.finder.search(
-                    *self.variants.windows(*where, self.finder.patch), prices,
-                    lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
-                )  # fmt: skip
             else:
                 found[begin:stop] = self.finder.find(*where, prices)
 
@@ -447,38 +414,26 @@ class PatchSynthesis:
         self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
     ) -> list[Pick]:
         """Return the patches chosen for the windows of a batch, in their order; each choice is recorded as a use."""
-        if callable(choose):
-            return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
+        every = list(zip(wave, found, bits, strict=True))
+        # Where there is no candidate nothing is known yet: any patch fits.
+        free = {w: random_patch(self._valid(w), drawn) for w, of, drawn in every if not len(of.rows)}
+        if not callable(choose) and self.layout.places is None and not len(self.repetition.started):
+            ready = [replace(of, rows=np.array([(0, *free[w])])) if w in free else of for w, of, _ in every]
+            return self.repetition.pick_all(wave, ready, choose, bits)  # handles windows of a grid only
+        picks = []
+        for w, of, drawn in every:
+            if w in free:
+                picks.append(free[w])
+            elif callable(choose):
+                picks.append(choose(w, of, drawn))
+            else:
+                picks.append(self.repetition.pick(*w, of, choose, drawn))
+            self.repetition.add(*w, picks[-1])
+        return picks
 
-        def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
-            return self.repetition.pick(*window, found, choose, bits)
-
-        if self.layout.places is not None or len(self.repetition.started):  # the kernel handles windows of a grid only
-            return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
-        special: dict[int, Pick] = {}
-        for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
-            if stop == len(wave):
-                return [special.get(k, pick) for k, pick in enumerate(picks)]
-            special[stop] = self._choose(wave[stop], found[stop], bits[stop], priced)
-        raise AssertionError("a wave ends with its last window")
-
-    def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
-        pick: Pick | None
-        valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
-        bare = self.guided is not None and not len(found.rows) and not found.known.any()
-        if (found.free or bare) and not self.settings.repeats.distance:  # nothing is known here yet: any patch fits
-            pick = random_patch(valid, bits)
-        else:
-            pick = choose(window, found, bits) if len(found.rows) else None
-            loose = replace(found, free=True) if bare else found
-            pick = pick or choose(window, self.repetition.allowed(*window, loose, valid, self._check), bits)
-        if pick is None:
-            raise MethodError(
-                f"min_repeat_distance={self.settings.repeats.distance} px leaves no patch for some place; "
-                "choose a smaller distance, a smaller patch, or a larger exemplar."
-            )
-        self.repetition.add(*window, pick)
-        return pick
+    def _valid(self, window: Window) -> Sequence[Array]:
+        """Return, for every variant, a mask of the first pixels of patches that a window may take."""
+        return self.variants.valid if self.guided is None else self.guided.allowed_at(window)
 
 
 def decided(method: Any, exemplars: Exemplars, guide: Guide | None, patch: Callable[[], int]) -> Any:

@@ -14,7 +14,7 @@ from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search import default_patch, resolved_isometries
-from .patch_synthesis import Boundaries, PatchSettings, Repeats, Stages, decided
+from .patch_synthesis import Boundaries, PatchSettings, Stages, decided
 
 STAGE = 2002  # keeps this method's draws apart from those of others
 
@@ -42,7 +42,7 @@ def settings_of(method: ImageQuilting) -> PatchSettings:
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
         isometries=method.isometries, search=method.search,
-        repeats=Repeats(usage=method.repeat_penalty, distance=method.min_repeat_distance), rim=max(overlap),
+        usage=method.repeat_penalty, rim=max(overlap),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_tolerance
         ),

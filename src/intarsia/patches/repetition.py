@@ -1,24 +1,15 @@
-"""Repetition control of patch-based methods: prices of repeats, and a least distance of occurrences.
+"""Repetition control of patch-based methods: prices of repeats.
 
 Every patch placed raises the price of its part of the exemplar, so that the whole exemplar is used, and a flat area,
 which fits next to itself, does not spread. The price is higher near to where the patch was placed, and the higher the
 rarer the patch. It is added to the distance, in units of the usual distance; as a factor it would leave a perfect
 repeat free, whose distance is 0.
-
-With a least distance of repeats no exemplar pixel may occur twice within so many px of the output. Every patch placed
-then forbids rectangles of the exemplar to the windows around it. If all patches of a short-list are forbidden, these
-rectangles are excluded, and the best of the other patches is found from the correlations computed already. What the
-windows of one batch forbid one another is known only when they are filled; where that leaves no candidate the window is
-searched again. For small exemplars every patch that is still allowed is measured.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,48 +18,9 @@ from ..analysis.features import Features
 from ..analysis.saliency import rarity
 from ..foundation.arrays import Array, Int32, Pair, UInt8
 from ..model.sourcemap import HOLE
-from ..search import (
-    SHORT_LIST,
-    Candidates,
-    Prices,
-    Search,
-    WindowGrid,
-    fourier_kernels,
-    in_one_row,
-    nearest,
-)
-from ..search.fourier import PatchSearch
-from ..search.fourier_kernels import FAR
+from ..search import Candidates, Prices, Search, WindowGrid, in_one_row
 from . import Pick, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
-
-CHUNK = 4096  # patches measured between two tests for cancelling
-LITTLE = 1 << 22  # px: if all patches together have no more, all are measured, not searched
-
-
-class Table:
-    """The valid first pixels of patches of all variants: a flat uint8 table, and where each variant begins in it.
-
-    ``offsets`` (V, 3): of each variant the beginning in ``flat``, the number of rows and of columns.
-    """
-
-    def __init__(self, valid: Sequence[Array]) -> None:
-        self.flat, self.offsets = in_one_row(valid)
-
-    def rows(self, mask: Array) -> Array:
-        """Return the patches that are 1 in `mask`, a table like ``flat``, as unmeasured candidates: (n, 4)."""
-        at = np.flatnonzero(mask)
-        rows = np.zeros((len(at), 4), np.int64)
-        rows[:, 1] = np.searchsorted(self.offsets[:, 0], at, side="right") - 1
-        begins, _, widths = self.offsets[rows[:, 1]].T
-        rows[:, 2], rows[:, 3] = np.divmod(at - begins, widths)
-        return rows
-
-
-def is_little(mask: Array, patch: Pair) -> bool:
-    """Return whether the patches of a table are few and small enough that all are measured."""
-    return mask.size * math.prod(patch) <= LITTLE
-
 
 REACH = 4  # windows around one in which a repeat costs more the nearer it is
 LEAST_STRIKING, MOST_STRIKING = 128, 1024  # limits of rarity, 256 = median: even the most common patch has a price
@@ -82,18 +34,17 @@ class Repetition:
     """The placements so far, and the prices of repeating them.
 
     `search`: the search whose variants and coarse positions are used; `strength`: price of a full repeat, relative to
-    the usual distance, 0: no prices; `distance`: no exemplar pixel may recur within this many output px, 0: no such
-    rule; `striking`: for every variant, the rarity of the patch at each coarse position, 256 = median.
+    the usual distance, 0: no prices; `striking`: for every variant, the rarity of the patch at each coarse position,
+    256 = median.
     """
 
     in_turn: ClassVar[bool] = False
     """Whether every window is a batch of its own, in raster order, so that each use counts for the next window."""
 
     def __init__(
-        self, search: Search, layout: WindowGrid, strength: float, distance: int,
-        striking: list[Array] | None = None,
-    ) -> None:  # fmt: skip
-        self.search, self.layout, self.distance, self.strength = search, layout, distance, strength
+        self, search: Search, layout: WindowGrid, strength: float, striking: list[Array] | None = None
+    ) -> None:
+        self.search, self.layout, self.strength = search, layout, strength
         shapes = [v.shape for v in search.valid]
         self.striking = striking or [np.full(s, 256, np.int32) for s in shapes]
         flat, self._offsets = in_one_row(search.valid)
@@ -112,11 +63,7 @@ class Repetition:
         )  # fmt: skip
         self.grid = np.full((*layout.shape, 8), -1, np.int64)
         self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
-        pitch = min(map(_least_step, (layout.rows, layout.columns), layout.size))
         self.reach = REACH if strength else 0
-        if distance:
-            self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
-        self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def apart(self, groups: Array) -> None:
         """Compare uses within groups of coarse positions, such as those of one label; `groups`: the group of each."""
@@ -144,14 +91,11 @@ class Repetition:
             self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
-        """Return for every candidate its distance plus the price of repeats; -1 where the least distance forbids it."""
+        """Return for every candidate its distance plus the price of repeats."""
         out = np.empty(len(found.rows), np.int64)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
-        distance = 0 if found.permitted else self.distance
-        others = self._around(row, column) if unit or distance else np.empty((0, 8), np.int64)
-        repetition_kernels.prices(
-            found.rows, others, self.layout.at(row, column), self._laid, steady, unit, distance, out
-        )
+        others = self._around(row, column) if unit else np.empty((0, 8), np.int64)
+        repetition_kernels.prices(found.rows, others, self.layout.at(row, column), self._laid, steady, unit, out)
         return out
 
     def _around(self, row: int, column: int) -> Array:
@@ -159,12 +103,13 @@ class Repetition:
         if self.layout.places is None and not len(self.started):
             return np.asarray(repetition_kernels.placed_near(self.grid, row, column, self.reach, self._laid.canvas))
         every = np.concatenate([self.grid.reshape(-1, 8), self.started])
-        every = every[(every[:, 5] >= 0) & (self.reach > 0)]
-        return every[self.layout.within(self._radius, every[:, 3:5], self.layout.at(row, column))]
+        every = every[every[:, 5] >= 0]
+        radius = self.reach * max(self.layout.patch)
+        return every[self.layout.within(radius, every[:, 3:5], self.layout.at(row, column))]
 
     def note_start(self, variant: UInt8, yx: Int32) -> None:
         """Record a start map as placements, on a grid of half patches."""
-        if not self.reach:  # placements are never read
+        if not self.strength:  # placements are never read
             return
         h, w = self.layout.patch
         found = []
@@ -182,86 +127,19 @@ class Repetition:
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
-    ) -> Pick | None:
-        """Draw among the candidates whose price is within the tolerance of the best; None if all are forbidden.
+    ) -> Pick:
+        """Draw among the candidates whose price is within the tolerance of the best.
 
         The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so that a
         perfect match is not the only choice. The upper 32 of the 64 `bits` are used.
         """
         prices = self.prices(row, column, found)
-        k = repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32)
-        return picked(found, k) if k >= 0 else None
+        return picked(found, repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32))
 
-    def allowed(
-        self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
-    ) -> Candidates:
-        """Return the best of all `valid` patches that keep the least distance, by a search or by measuring all.
-
-        All of them, unmeasured, where nothing is known in the window. `check` is called between parts of the work, and
-        cancels it by raising.
-        """
-        table = self._table if valid is self.search.variants.valid else Table(valid)
-        mask = self.permitted(row, column, table)
-        if found.free:
-            return replace(found, rows=table.rows(mask), permitted=True)
-        check()
-        best = found.rows[:0]
-        if not is_little(mask, self.layout.patch):
-            prices = self.search_prices if self._plain is self.search else self._plain.unpriced
-            (again,) = self._plain.search(found.feats[None], found.known[None], prices, lambda *_: mask)
-            best = again.rows
-        every = table.rows(mask) if not len(best) else best[:0]
-        for first in range(0, len(every), CHUNK):
-            check()
-            rows = every[first : first + CHUNK]
-            rows[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
-            fourier_kernels.measure(found.feats, found.known, self.search.variants.posed, rows)
-            best = nearest(np.concatenate([best, rows]))[:SHORT_LIST]
-        return replace(found, rows=best, permitted=True)
-
-    def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
-        """Return which patches of a table, by default of all, keep the least distance at a window: flat uint8."""
-        table = table or self._table
-        mask, laid = table.flat.copy(), self._laid
-        repetition_kernels.forbid(
-            self._around(row, column), *self.layout.at(row, column), laid.shape, laid.canvas, laid.frames,
-            table.offsets, self.distance, mask,
-        )  # fmt: skip
-        return mask
-
-    def left(self, row: int, column: int, rows: Array, check: Callable[[], None]) -> Array | None:
-        """Return the patches :meth:`permitted` at a window if all its candidates are forbidden, else None.
-
-        None also if the exemplars are so small that :meth:`allowed` measures all patches.
-        """
-        check()
-        others, out = self._around(row, column), np.empty(len(rows), np.int64)
-        at = self.layout.at(row, column)
-        repetition_kernels.prices(rows, others, at, self._laid, 0, 0, self.distance, out)
-        mask = None if (out >= 0).any() else self.permitted(row, column)
-        return None if mask is None or is_little(mask, self.layout.patch) else mask
-
-    @cached_property
-    def _plain(self) -> PatchSearch:
-        """The search among permitted patches: the method's own one if it is a PatchSearch, else a new one."""
-        if isinstance(self.search, PatchSearch):
-            return self.search
-        return PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
-
-    @cached_property
-    def _table(self) -> Table:
-        return Table(self.search.variants.valid)
-
-    def pick_all(
-        self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
-    ) -> Iterator[tuple[int, list[Pick]]]:
-        """Pick for many windows one after the other, recording each use.
-
-        Yields the index of every window whose candidates are all forbidden, or that has none, with the picks so far;
-        the caller must record a patch for it (:meth:`add`) before continuing. Last, yields the number of windows.
-        """
+    def pick_all(self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]) -> list[Pick]:
+        """Pick for many windows of a grid, which have candidates, one after the other, recording each use."""
         n, size = len(windows), max(len(f.rows) for f in found)
-        rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
+        rows, picks = np.empty((n, size, 4), np.int64), np.empty((n, 3), np.int64)
         for k, f in enumerate(found):
             rows[k, : len(f.rows)] = f.rows
         counts = np.array([len(f.rows) for f in found], np.int64)
@@ -270,13 +148,10 @@ class Repetition:
         drawn = np.array([b >> 32 for b in bits], np.int64)
         wave = Wave(np.array(windows, np.int64), at, drawn, rows, counts, usual)
         strength = float(self.strength)
-        terms = Terms(float(tolerance), MATCH, strength, strength * STEADY, self.distance, self.reach)
-        stop = before = -1
-        while stop < n:
-            stop = repetition_kernels.pick_all(wave, terms, self._laid, self.grid, stop + 1, picks)
-            self.laid += stop - (before + 1)
-            before = stop
-            yield stop, [(v, u, s) for v, u, s in picks.tolist()]
+        terms = Terms(float(tolerance), MATCH, strength, strength * STEADY, self.reach)
+        repetition_kernels.pick_all(wave, terms, self._laid, self.grid, picks)
+        self.laid += n
+        return [(v, u, s) for v, u, s in picks.tolist()]
 
     def add(self, row: int, column: int, pick: Pick) -> None:
         """Record that a patch (variant, row, column) was placed in a window."""
@@ -295,7 +170,3 @@ def patch_saliency(feats: Features, search: Search) -> list[Array]:
             at.append(np.clip((2 * first + down * y + across * x - p + 1) // (2 * step), 0, n - 1))
         out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))
     return out
-
-
-def _least_step(starts: tuple[int, ...], length: int) -> int:
-    return min((b - a for a, b in itertools.pairwise(starts)), default=length)

@@ -1,9 +1,7 @@
-"""Kernels of repetition control: placements, prices of candidates, the least distance, edges of holes.
+"""Kernels of repetition control: placements, prices of candidates, edges of holes.
 
 A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on the
 canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the exemplar as given.
-
-The least distance: no exemplar pixel may occur twice within so many px of the output.
 """
 
 from __future__ import annotations
@@ -22,75 +20,8 @@ def axis_distance(a: int, b: int, length: int, wrap: int) -> int:
     """Return the distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
     if wrap:
-        d %= length  # the coordinates may differ by offsets in the exemplar, so by more than a canvas length
         return min(d, length - d)
     return d
-
-
-@kernel
-def forbid(
-    others: Any, y: int, x: int, shape: Any, canvas: Any, frames: Any, offsets: Any, distance: int, mask: Any
-) -> None:
-    """Clear in `mask` the patches that, placed at (y, x), break the least distance to any of `others` (n, 8).
-
-    `mask`: a flat uint8 table over the first pixels of all variants, that of variant v at ``offsets[v, 0]`` with
-    ``offsets[v, 1:3]`` rows and columns. The result is that of :func:`returns_too_near` for every patch and each of
-    `others`, computed as rectangles. `shape`: rows and columns of a patch; `canvas`, `frames`: as in :class:`Uses`.
-    """
-    h, w = shape[0], shape[1]
-    reach = max(h, w)
-    for v in range(len(frames)):
-        rows, columns = offsets[v, 1], offsets[v, 2]
-        begin = mask[offsets[v, 0] : offsets[v, 0] + rows * columns]
-        if not len(begin):
-            continue
-        table, f = begin.reshape(rows, columns), frames[v]
-        for b in others:
-            if b[5] != f[0]:
-                continue
-            if b[0] == v:
-                forbid_alike(table, b, y, x, h, w, canvas, f[7], f[8], distance)
-                continue
-            dy = max(axis_distance(y, b[3], canvas[0], canvas[2]) - reach, 0)
-            dx = max(axis_distance(x, b[4], canvas[1], canvas[3]) - reach, 0)
-            if dy * dy + dx * dx >= distance * distance:
-                continue
-            if f[7] > 0:
-                table[:] = 0
-                continue
-            # Centres less than a side apart: twice those of the candidates are 2 f + J (2 u + h - 1, 2 s + w - 1).
-            p, q = b[6] - 2 * f[1], b[7] - 2 * f[2]  # the inverse of an isometry is its transpose
-            u, s = f[3] * p + f[5] * q - h + 1, f[4] * p + f[6] * q - w + 1
-            u0, u1 = max((u - 2 * reach) // 2 + 1, 0), max((u + 2 * reach + 1) // 2, 0)
-            s0, s1 = max((s - 2 * reach) // 2 + 1, 0), max((s + 2 * reach + 1) // 2, 0)
-            table[u0:u1, s0:s1] = 0
-
-
-@kernel
-def forbid_alike(
-    table: Any, b: Any, y: int, x: int, h: int, w: int, canvas: Any, tall: int, wide: int, distance: int
-) -> None:
-    """Clear the patches of placement b's own variant that would repeat one of its pixels within the least distance.
-
-    A patch that begins (down, right) px from b in the exemplar, placed at (y, x), shows the pixels that both share at
-    b's place plus (y, x) less b's window less (down, right). `tall`, `wide`: the size of a toroidal exemplar, else 0.
-    """
-    rows, columns = table.shape
-    i0, i1 = (-(h // tall) - 2, h // tall + 2) if tall else (0, 0)
-    j0, j1 = (-(w // wide) - 2, w // wide + 2) if wide else (0, 0)
-    for i in range(i0, i1 + 1):
-        first = b[1] - i * tall
-        for u in range(max(first - h + 1, 0), min(first + h, rows)):
-            dy = axis_distance(y - (u - first), b[3], canvas[0], canvas[2])
-            room = distance * distance - dy * dy
-            if room <= 0:
-                continue
-            for j in range(j0, j1 + 1):
-                left = b[2] - j * wide
-                for s in range(max(left - w + 1, 0), min(left + w, columns)):
-                    dx = axis_distance(x - (s - left), b[4], canvas[1], canvas[3])
-                    if dx * dx < room and (dy != 0 or dx != 0):
-                        table[u, s] = 0
 
 
 # With GRAIN the contrast of healed parts of ten photographs differs from the original's by 6 %, without it by 11 %.
@@ -166,7 +97,7 @@ class Uses(NamedTuple):
     Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
     """
 
-    frames: Int64  # (V, 9): see ``PosedExemplars.frames``
+    frames: Int64  # (V, 7): see ``PosedExemplars.frames``
     shape: Int64  # (2,): of a patch, px
     canvas: Int64  # (4,): height and width, px, and 1 where it wraps
     offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
@@ -194,7 +125,6 @@ class Terms(NamedTuple):
     match: float  # the best price counts as at least this share of the usual distance for the tolerance
     strength: float  # additional price of a full repeat at the same place, in usual distances
     steady: float  # price of a full repeat however far away, in usual distances
-    distance: int  # no exemplar pixel recurs within so many px; 0: no such rule
     reach: int  # windows around one in which placements are searched for repeats
 
 
@@ -225,38 +155,6 @@ def shared(a: Any, b: Any, h: int, w: int) -> Any:
     if dy >= 2 * h or dx >= 2 * w:
         return 0
     return ONE * (2 * h - dy) * (2 * w - dx) // (4 * h * w)
-
-
-@kernel
-def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, distance: int) -> bool:
-    """Return whether two patches would show the same exemplar pixel twice within `distance` px of the output.
-
-    `torus` (2,): height and width of the variant of `a` where its exemplar is toroidal, else 0.
-    """
-    if a[5] != b[5]:
-        return False
-    if a[0] == b[0]:
-        turns = (torus[0] > 0) * (2 + h // max(torus[0], 1)), (torus[1] > 0) * (2 + w // max(torus[1], 1))
-        for i in range(-turns[0], turns[0] + 1):
-            down = a[1] - b[1] + i * torus[0]
-            if abs(down) >= h:
-                continue
-            for j in range(-turns[1], turns[1] + 1):
-                right = a[2] - b[2] + j * torus[1]
-                if abs(right) >= w:
-                    continue
-                dy = axis_distance(a[3] - down, b[3], canvas[0], canvas[2])
-                dx = axis_distance(a[4] - right, b[4], canvas[1], canvas[3])
-                if dy * dy + dx * dx < distance * distance and (dy != 0 or dx != 0):
-                    return True
-        return False
-    reach = max(h, w)
-    if torus[0] == 0 and (abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach):
-        return False
-    # Isometries differ: a pixel may lie anywhere in both, so the distance of the patches themselves is tested.
-    dy = max(axis_distance(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
-    dx = max(axis_distance(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
-    return dy * dy + dx * dx < distance * distance
 
 
 @kernel
@@ -320,8 +218,8 @@ def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> An
 
 
 @kernel
-def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int, distance: int, out: Any) -> None:
-    """Write the price of every candidate: its distance plus the price of repeats; -1 where it is forbidden.
+def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int, out: Any) -> None:
+    """Write the price of every candidate: its distance plus the price of repeats.
 
     `found` (n, 4): distance, variant, row, column. `others` (n, 8): the placements around. `at` (2,): first pixel of
     the window. `layout`: :class:`Uses`. `steady`: the price of a count of ONE; `unit`: the additional price of a full
@@ -339,66 +237,50 @@ def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int
         cell += min(found[k, 3] // factor, offsets[v, 2] - 1)
         total = np.int64(0)
         for other in others:
-            if distance > 0 and returns_too_near(mine, other, h, w, canvas, frames[v, 7:9], distance):
-                total = np.int64(-1)
-                break
             share = shared(mine, other, h, w)
             if share:
                 dy = axis_distance(mine[3], other[3], canvas[0], canvas[2])
                 dx = axis_distance(mine[4], other[4], canvas[1], canvas[3])
                 near = (np.int64(area) << 8) // (area + dy * dy + dx * dx)  # whole numbers in place of exp
                 total += (share * near * near) >> 16
-        price = (counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8
-        out[k] = -1 if total < 0 else found[k, 0] + price
+        out[k] = found[k, 0] + ((counts[cell] * steady + ((total * striking[cell]) >> 8) * unit) >> 8)
 
 
 @kernel
 def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
-    """Choose among the candidates whose price is within the tolerance of the best; -1 if all are forbidden.
+    """Choose among the candidates whose price is within the tolerance of the best.
 
     The tolerance applies to the best price, or to `floor` if that is more: a perfect match leaves a choice, too.
     `bits`: 32 drawn bits.
     """
-    best = -1
-    for p in prices:
-        if p >= 0 and (best < 0 or p < best):
-            best = p
-    if best < 0:
-        return -1
+    best = prices.min()
     limit = best + int(tolerance * (best if best > floor else floor))
     n = 0
     for p in prices:
-        n += 0 <= p <= limit
+        n += p <= limit
     skip = (bits * n) >> 32
     for k in range(len(prices)):
-        if 0 <= prices[k] <= limit:
-            if skip == 0:
-                return k
-            skip -= 1
-    return -1
+        skip -= prices[k] <= limit
+        if skip < 0:
+            break
+    return k
 
 
 @kernel
-def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: Any) -> int:
-    """Choose for windows `first` and later of a batch, one after the other, and record each; see :func:`pick`.
+def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, picks: Any) -> None:
+    """Choose for the windows of a batch, one after the other, and record each; see :func:`pick`.
 
-    `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3); returns the number of the first window for which
-    there is no choice, or n.
+    `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3).
     """
     windows, at, bits, found, counts, usual = wave
-    tolerance, match, strength, steady, distance, reach = terms
+    tolerance, match, strength, steady, reach = terms
     price = np.empty(found.shape[1], np.int64)
-    for n in range(first, len(windows)):
-        if counts[n] < 1:
-            return n
+    for n in range(len(windows)):
         rows = found[n, : counts[n]]
         row, column = windows[n, 0], windows[n, 1]
         others = placed_near(grid, row, column, reach, layout.canvas)
         dues = int(steady * usual[n]), int(strength * usual[n])
-        prices(rows, others, at[n], layout, dues[0], dues[1], distance, price)
+        prices(rows, others, at[n], layout, dues[0], dues[1], price)
         k = pick(price[: counts[n]], tolerance, int(match * usual[n]), bits[n])
-        if k < 0:
-            return n
         picks[n] = rows[k, 1:]
         note(layout, picks[n], at[n], grid[row, column])
-    return len(windows)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
@@ -69,6 +70,42 @@ class BlockGrid:
         """How far a block reaches before its first corner, at most (0, 0), and behind it, (y, x) in 1/256 px."""
         (a, b), (c, d) = self.rows, self.columns
         return (min(0, a) + min(0, c), min(0, b) + min(0, d)), (max(0, a) + max(0, c), max(0, b) + max(0, d))
+
+    def window(self, i: int, j: int, half: float) -> tuple[Pair, NDArray[np.int8], Mask]:
+        """Return the first pixel of a block's window, the neighbour whose overlap each pixel is in, and the block.
+
+        The last two as :func:`~.block_kernels.wedges` writes them; `half`: half the width of the overlap, px.
+        """
+        (y, x), (at, shape) = self.origin(i, j), self._box(i, j, half)
+        frame = np.array((*self.rows, *self.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
+        block_kernels.wedges(frame, half, sides, core)
+        return at, sides, core
+
+    def intersecting(self, y0: int, x0: int, height: int, width: int, half: float) -> list[Pair]:
+        """Return the blocks whose windows meet a box of the canvas, row by row; `half` as for :meth:`window`."""
+        reach = math.ceil(half) + 1
+        ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
+        rows, columns = zip(*(self.block_of(y, x) for y, x in ends), strict=True)
+        found = []
+        for i in range(min(rows) - 1, max(rows) + 2):
+            for j in range(min(columns) - 1, max(columns) + 2):
+                (y, x), (tall, wide) = self._box(i, j, half)
+                if y < y0 + height and x < x0 + width and y + tall > y0 and x + wide > x0:
+                    found.append((i, j))
+        return found
+
+    def _box(self, i: int, j: int, half: float) -> tuple[Pair, Pair]:
+        """Return the first pixel and shape of the window around a block, with its overlap."""
+        (y, x), ((above, before), (below, after)) = self.origin(i, j), self.reach
+        more = math.ceil(half) + 1
+        at = y // UNIT + above // UNIT - more, x // UNIT + before // UNIT - more
+        return at, (2 * more + 2 - (above - below) // UNIT, 2 * more + 2 - (before - after) // UNIT)
+
+
+def adjacent_blocks(i: int, j: int) -> tuple[Pair, ...]:
+    """Return the blocks above, below, to the left and to the right."""
+    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
 def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> BlockGrid:

@@ -1,9 +1,9 @@
 """Positions in the exemplar of mosaic blocks: whole blocks, and periods cut by the border, completed from others.
 
 Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods is
-cut in two. If at least half of such a period is there, the rest is taken one or more periods away (from the opposite
-side of the exemplar, if that fits best) and joined along the cheapest seam (Kwatra et al. 2003, eq. 1). If the seam
-costs more than those between blocks it would be visible: then the period stays cut and is not used.
+cut in two. If at least half of such a period is there, the rest is taken one or more periods away and joined along the
+cheapest seam (Kwatra et al. 2003, eq. 1). If the seam costs more than those between blocks it would be visible: then
+the period stays cut and is not used.
 """
 
 from __future__ import annotations
@@ -80,8 +80,7 @@ def _longer(
     sign = 1 if end else -1  # axes are swapped and flipped so that rows are added at the bottom
     picture, usable, source = (np.moveaxis(a, axis, 0)[::sign] for a in (known.picture, known.usable, known.source))
     moves: list[Pair] = np.unique(vectors[:, (axis, 1 - axis)] * (sign, 1), axis=0).tolist()
-    steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
-    strips = [s for m in moves if (s := _strip(picture, usable, m, more, border, steps)) is not None]
+    strips = [s for m in moves if (s := _strip(picture, usable, m, more, border)) is not None]
     fitting = [s for s in sorted(strips, key=lambda s: (s.incomplete, s.mismatch))[:TRIED] if s.cost <= limit]
     if not fitting:
         return None
@@ -99,13 +98,6 @@ def _longer(
     return ContinuedExemplar(one, two, three)
 
 
-def _last_step(picture: Array, move: Pair) -> Int64:
-    """Return the difference between the rows a lattice vector before the last row and the one after it: (W, C)."""
-    x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
-    y = len(picture) - move[0]
-    return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
-
-
 class Strip(NamedTuple):
     """The last rows of a picture and those to be added below them, read at one translation."""
 
@@ -118,11 +110,11 @@ class Strip(NamedTuple):
     cost: float  # mean cost of the seam per px
 
 
-def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, steps: list[Int64]) -> Strip | None:
-    """Read a strip at one translation; None if too little of it exists. `steps`: from :func:`_last_step`."""
+def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int) -> Strip | None:
+    """Read a strip at one translation; None if too little of it exists, or it begins at the opposite edge."""
     height, width = usable.shape
     y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
-    if y[border] < -ASIDE or y[-1] >= height:
+    if y[border] <= 0 or y[-1] >= height:
         return None
     inside, before = (x >= -ASIDE) & (x < width + ASIDE), y[:border] < 0
     x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
@@ -131,12 +123,6 @@ def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, st
         return None
     both = there[:border] & usable[-border:]
     apart = np.where(both, colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
-    if before[-1]:  # read from the opposite edge: a straight seam, cheap if the change across it is usual
-        across = picture[y[border], x].astype(np.int64) - picture[-1]
-        nearest = min((colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
-        among = [int(colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
-        apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
-        before[-1] = False
     apart[before] = BARRED
     known = there[:border] & (apart < BARRED)
     path = shortest_paths.cheapest(np.ascontiguousarray(apart.T))

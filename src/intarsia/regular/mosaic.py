@@ -8,15 +8,12 @@ parallelograms of whole periods, upright if the lattice allows it; positions are
 real lattice vectors; periods that the exemplar's border cuts are completed from others; random blocks are taken from
 shuffled decks of all positions; gaps are cut in along the cheapest seam, each inside its own overlap regions with
 mitred ends, so that no two cuts meet.
-
-Around a canvas that wraps, the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
-is read near M M'^-1 q.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
@@ -24,106 +21,15 @@ from numpy.typing import NDArray
 
 from ..analysis import nearest
 from ..analysis.features import features
-from ..foundation import ParameterError
 from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
-from ..lattice import STRAIN, cell_of, misfit_message
+from ..lattice import cell_of
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar
-from ..model.canvas import Canvas
-from ..patches import Continuation
 from . import block_kernels
-from .block_grid import BlockGrid, Places
+from .block_grid import BlockGrid, Places, adjacent_blocks
 from .continuation import ContinuedExemplar, grid_and_places
-
-
-@dataclass(frozen=True, eq=False)
-class CanvasBlocks:
-    """The blocks of an endless canvas or one that wraps, and their windows."""
-
-    grid: BlockGrid  # the block grid, strained along axes that wrap
-    around: Pair  # number of blocks around the canvas down the rows and along them; 0: that axis does not wrap
-    lengths: Pair  # rows and columns of the canvas, px
-    half: float  # half the width of the overlap in which gaps are cut, px
-
-    @classmethod
-    def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> CanvasBlocks:
-        """Strain a grid so that it closes around a canvas that wraps: an even number of upright blocks each way.
-
-        Raise ParameterError above 2 % of strain, slant included.
-        """
-        around, sides = [], []
-        for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
-            side = (grid.rows, grid.columns)[axis]
-            if not wrap:
-                around.append(0)
-                sides.append(side)
-                continue
-            count = 2 * max(1, round(length * UNIT / (2 * side[axis])))
-            slant = abs(side[1 - axis]) / side[axis]
-            strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
-            if strain > STRAIN:
-                counts = [] if slant > STRAIN else [n for n in (count - 2, count, count + 2) if n > 0]
-                fitting = [round(n * side[axis] / UNIT) for n in counts]
-                raise ParameterError(misfit_message(axis, length, "is no even number of blocks", strain, fitting))
-            straight = -(-length * UNIT // count)  # rounded up: no pixel is left between two blocks
-            sides.append((straight, 0) if axis == 0 else (0, straight))
-            around.append(count)
-        laid = BlockGrid(sides[0], sides[1], grid.phase, grid.cell)
-        return cls(laid, (around[0], around[1]), (canvas.height, canvas.width), half)
-
-    def origin(self, i: int, j: int) -> Pair:
-        """Return the first corner of a block, 1/256 px; on a canvas that wraps the last ends where the first begins."""
-        y, x = self.grid.origin(i, j)
-        if self.around[0]:
-            y += i * self.lengths[0] * UNIT // self.around[0] - i * self.grid.rows[0]
-        if self.around[1]:
-            x += j * self.lengths[1] * UNIT // self.around[1] - j * self.grid.columns[1]
-        return y, x
-
-    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], Mask]:
-        """Return the first pixel of a block's window, the neighbour whose overlap each pixel is in, and the block.
-
-        The last two as :func:`~.block_kernels.wedges` writes them.
-        """
-        (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
-        frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
-        sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
-        block_kernels.wedges(frame, self.half, sides, core)
-        return at, sides, core
-
-    def intersecting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
-        """Return the blocks whose windows meet a box of the canvas, row by row."""
-        reach = math.ceil(self.half) + 1
-        ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
-        rows, columns = zip(*(self.grid.block_of(y, x) for y, x in ends), strict=True)
-        found = []
-        for i in range(min(rows) - 1, max(rows) + 2):
-            for j in range(min(columns) - 1, max(columns) + 2):
-                (y, x), (tall, wide) = self._box(i, j)
-                if y < y0 + height and x < x0 + width and y + tall > y0 and x + wide > x0:
-                    found.append((i, j))
-        return found
-
-    def _box(self, i: int, j: int) -> tuple[Pair, Pair]:
-        """Return the first pixel and shape of the window around a block, with its overlap."""
-        (y, x), ((above, before), (below, after)) = self.origin(i, j), self.grid.reach
-        more = math.ceil(self.half) + 1
-        at = y // UNIT + above // UNIT - more, x // UNIT + before // UNIT - more
-        return at, (2 * more + 2 - (above - below) // UNIT, 2 * more + 2 - (before - after) // UNIT)
-
-
-def adjacent_blocks(i: int, j: int) -> tuple[Pair, ...]:
-    """Return the blocks above, below, to the left and to the right."""
-    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
-
-
-def modulo_canvas(counts: Pair, i: int, j: int) -> Pair:
-    """Return the number of a block modulo the blocks around each axis; 0: the axis does not wrap."""
-    rows, columns = counts
-    return (i % rows if rows else i), (j % columns if columns else j)
-
 
 STAGE = 2011  # key of the random numbers of mosaics, which makes them independent of other stages
 KEPT = 12  # shifts of least mismatch for a gap, of which one is drawn
@@ -140,24 +46,19 @@ class Mosaic:
 
     settings: NearRegular  # its parameters
     seed: int  # of the random numbers
-    laid: CanvasBlocks  # positions of the blocks on the canvas
+    grid: BlockGrid  # positions of the blocks
     ground: ContinuedExemplar  # the exemplar with completed periods, which blocks are read from
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
     places: Places  # positions there at which blocks may be read, 1/256 px, by parity of block row and column
-    start: Continuation | None = None  # the start map of the canvas, which must be continued
-    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)  # places that continue the start
 
     @classmethod
-    def of(
-        cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
-    ) -> Mosaic:
+    def of(cls, settings: NearRegular, exemplar: Exemplar, seed: int) -> Mosaic:
         """Choose blocks, phase and places for an exemplar. Raise FewPlaces if it has fewer than two places."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
-        laid = CanvasBlocks.of(grid, canvas, settings.border / 2)
-        return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
+        return cls(settings, seed, grid, ground, nearest(ground.usable), places)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the exemplar pixels (height, width, 2) of a window, without rotation or mirroring."""
@@ -166,7 +67,7 @@ class Mosaic:
     def continued_window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the pixels of the continued exemplar (height, width, 2) in a window."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
-        fields = self.laid.intersecting(y0, x0, height, width)
+        fields = self.grid.intersecting(y0, x0, height, width, self.settings.border / 2)
         done, draft, _ = 0, partial(self._draft, out), self.sparse  # computed before threads share it
         with run.pool() as each:
             for parity in (0, 1):  # random blocks first, then gaps, which do not meet
@@ -197,7 +98,7 @@ class Mosaic:
     def _block(self, block: Pair) -> tuple[Pair, Mask, Array]:
         """Return the first pixel of a block's window, which pixels the block owns, and their exemplar pixels."""
         i, j = block
-        at, sides, core = self.laid.window(i, j)
+        at, sides, core = self.grid.window(i, j, self.settings.border / 2)
         if (i + j) % 2:
             return at, *self._gap(i, j, at, sides, core)
         shown = np.moveaxis(np.indices(core.shape), 0, 2) + (self._shifts(i, j, self._place(i, j)) + at)
@@ -221,11 +122,6 @@ class Mosaic:
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.start is not None:  # the start map is a fifth neighbour, read at its offset
-            there = self.start.zone(at, core | (sides >= 0), len(near))
-            free = np.full(core.shape, True)
-            free[there[:, 0], there[:, 1]] = False
-            zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
         ty, tx = self._fit(i, j, core, zone, t, at)
         own, shown = block_kernels.fill_gap(self.ground.picture, self.ground.usable, sides, core, t, ty, tx)
         return own, shown
@@ -233,8 +129,8 @@ class Mosaic:
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
         """Return the shift of a gap, drawn among those of low mismatch that neither repeat nor continue a neighbour.
 
-        `t`: the shifts of the neighbours and of a start map, which a gap of the same shift would continue. If there is
-        no such shift, those of higher mismatch, then those that repeat, then those that continue one are allowed.
+        `t`: the shifts of the neighbours, which a gap of the same shift would continue. If none is left, those of
+        higher mismatch, then those that repeat, then those that continue one are allowed.
         """
         shifts = self._shifts(i, j) + at
         found = self._best(core, zone, t, shifts)
@@ -247,7 +143,7 @@ class Mosaic:
         new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
-        row = good[below(len(good), draw(self.seed, STAGE, 1, *modulo_canvas(self.laid.around, i, j)))]
+        row = good[below(len(good), draw(self.seed, STAGE, 1, i, j))]
         return int(row[1]), int(row[2])
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
@@ -258,33 +154,16 @@ class Mosaic:
 
     def _random(self, i: int, j: int) -> int:
         """Return the index of the place of a random block; each square of blocks draws from its own shuffled deck."""
-        i, j = modulo_canvas(self.laid.around, i, j)
         count = len(self.places[i % 2, j % 2])
         side = 2 * math.ceil(math.sqrt(count / 2))
         order = shuffled(count, self.seed, STAGE, 2, i // side, j // side)
         return order[-1 - ((i % side) * side + j % side) // 2 % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
-        """Return the place of a block that is no gap: one that continues the start map, or a random one."""
-        if self.start is not None:
-            if (i, j) not in self.fitted:
-                self.fitted[i, j] = self._fitting(i, j, self.start)
-            known = self.fitted[i, j]
-            if known is not None:
-                return known
+        """Return the place of a block that is no gap, a random one."""
         return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
-
-    def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
-        """Return the place that best continues the start map; None if the map has no pixel here, or none fits."""
-        at, sides, core = self.laid.window(i, j)
-        zone = start.zone(at, core | (sides >= 0), 0)
-        if not len(zone):
-            return None
-        there = np.array([np.add(at, self.ground.before)], np.int64)
-        found = self._best(core, zone, there, self._shifts(i, j) + at)
-        return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
         """Return the shifts (..., 2) from canvas px of block (i, j) to exemplar px for places; None: those of gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
-        return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
+        return np.asarray((places - self.grid.origin(i, j) + UNIT // 2) // UNIT)

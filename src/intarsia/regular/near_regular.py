@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..analysis.features import features
 from ..foundation import ParameterError
 from ..foundation.arrays import Laid
-from ..foundation.geometry import Box
+from ..foundation.geometry import Box, Wrap
 from ..foundation.params import AUTO
 from ..foundation.run import Run
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches import Continuation, drafted
+from ..patches import drafted
 from .continuation import FewPlaces
 from .mosaic import Mosaic
 from .rectify import Rectified, rectified_for
@@ -28,13 +27,15 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture, any window of which ca
 
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
-    """Rectify the courses and find the lattice. Raise MethodError if there is none."""
+    """Rectify the courses and find the lattice.
+
+    Raise MethodError if there is none, ParameterError if blocks of two vectors are to close around a canvas.
+    """
     if method.course_heights == "unequal" and method.straighten == "on":
         raise ParameterError("course_heights=unequal follows courses as they run; leave straighten out.")
-    if method.course_heights == "unequal" and canvas.start is not None:
-        raise ParameterError("course_heights=unequal lays a whole canvas; take another method where one is begun.")
-    straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
-    rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
+    rectified = _rectified(method, exemplars[0])
+    if len(rectified.lattice) == 2 and canvas.wrap is not Wrap.NONE:
+        raise ParameterError("wrap: near-regular closes courses, not a lattice of two vectors; take graphcut for that.")
     straighten = "off" if rectified.straight is None else "on"
     return replace(method, lattice=rectified.lattice, straighten=straighten)
 
@@ -42,22 +43,16 @@ def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearR
 def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Return the map of a canvas: of two lattice vectors a mosaic of blocks, of one a wall of courses.
 
-    The best tile is repeated if the exemplar is too small for blocks; a full start map is returned as it is.
+    The best tile is repeated if the exemplar is too small for blocks.
     """
-    start = Continuation.of(canvas, method.border)
-    if start is not None and start.full:
-        return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
-    rectified, layer = _layer(method, exemplars[0], canvas, start, seed, run)
-    origin = (0, 0) if start is None else start.anchor
+    rectified, layer = _layer(method, exemplars[0], canvas, seed, run)
     source = exemplars[0].source
 
     def shown(laid: Laid) -> SourceMap:
-        return drafted((rectified.to_exemplar(laid[0]), *laid[1:]), canvas.start, source, canvas.wrap)
+        return drafted((rectified.to_exemplar(laid[0]), *laid[1:]), source, canvas.wrap)
 
-    yx, pose = rectified.to_exemplar(layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))), None
-    if start is not None:
-        yx, pose = start.joined(yx, None, features(exemplars, method.channel_weights).pictures[0])
-    return SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
+    yx = rectified.to_exemplar(layer.window(0, 0, canvas.height, canvas.width, run.drafting(shown)))
+    return SourceMap(yx, None, None, (source,), canvas.wrap, method.blend)
 
 
 def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
@@ -66,7 +61,7 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
     def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
         plane = Canvas(1, 1)
         known = method.resolved(exemplars, plane)
-        return known, _layer(known, exemplars[0], plane, None, seed, run)
+        return known, _layer(known, exemplars[0], plane, seed, run)
 
     beside = f"near-regular {seed % SEEDS}"  # so that a few seeds used in turn do not evict each other
     known, (rectified, layer) = exemplars[0].latest(beside, (method, seed), prepared)
@@ -84,20 +79,16 @@ def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
 
 
 def _layer(
-    method: NearRegular, exemplar: Exemplar, canvas: Canvas, start: Continuation | None, seed: int, run: Run
+    method: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, run: Run
 ) -> tuple[Rectified, Layer]:
-    """Return the rectified exemplar and the endless texture; the best tile if the exemplar is too small for blocks.
-
-    With a start map, a mosaic continues it on the lattice.
-    """
+    """Return the rectified exemplar and the endless texture; the best tile if the exemplar is too small for blocks."""
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
     if len(lattice) == 1:
         given = None if method.course_heights == "unequal" else lattice
         return rectified, Wall.of(given, weights, exemplar, canvas, seed)
-    start = start if rectified.straight is None else None
     try:
-        return rectified, Mosaic.of(method, exemplar, canvas, seed, start)
+        return rectified, Mosaic.of(method, exemplar, seed)
     except FewPlaces:
         run.notes.append(FEW)
         return rectified, Tiling.of(lattice, weights, method.border, exemplar).layout(canvas)

@@ -19,17 +19,12 @@ def resolved(method: Repeat, exemplars: Exemplars, canvas: Canvas) -> Repeat:
 
 
 def synthesize(method: Repeat, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Repeat the exemplar over the canvas; where a start map has pixels they are kept. The seed is not used."""
+    """Repeat the exemplar over the canvas. The seed is not used."""
     run.tick(0, 1)
     exemplar = exemplars[0]
-    yx, pose = _repeated(exemplar, Box(0, 0, canvas.height, canvas.width)), None
-    if canvas.start is not None:
-        kept = ~canvas.start.holes
-        yx[kept] = canvas.start.yx[kept]
-        if canvas.start.pose is not None:
-            pose = np.where(kept, canvas.start.pose, 0)
+    yx = _repeated(exemplar, Box(0, 0, canvas.height, canvas.width))
     run.tick(1, 1)
-    return SourceMap(yx, None, pose, (exemplar.source,), canvas.wrap, method.blend)
+    return SourceMap(yx, None, None, (exemplar.source,), canvas.wrap, method.blend)
 
 
 def window(method: Repeat, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:

@@ -9,11 +9,11 @@ course is not in the source.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,21 +36,19 @@ from .course_rows import Piece, Rows
 from .masonry import FACE, Masonry, along_x, bricks_of, masonry_of_pitch
 from .unequal_courses import Unequal, faces_at_joints, unequal_masonry
 
-Made = TypeVar("Made", bound=tuple[Array, ...])
+Strip = tuple[Array, Array, Array]
 
 
-class LRUCache(Generic[Made]):
-    """LRU cache of tuples of arrays by pairs of numbers, limited to `most` bytes."""
+class LRUCache:
+    """LRU cache of strips by pairs of numbers, limited to `most` bytes."""
 
     def __init__(self, most: int) -> None:
-        self._most, self._held = most, dict[Pair, Made]()  # replaced, never changed, as threads share it
+        self._most, self._held = most, dict[Pair, Strip]()  # replaced, never changed, as threads share it
 
     def __reduce__(self) -> Any:
         return LRUCache, (self._most,)
 
-    def all(
-        self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
-    ) -> list[Made]:
+    def all(self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Strip]]) -> list[Strip]:
         """Return the values of the keys, in their order; `make` computes the missing ones in one call."""
         held = self._held
         found = {key: held[key] for key in keys if key in held}
@@ -63,10 +61,8 @@ class LRUCache(Generic[Made]):
         return [found[key] for key in keys]
 
 
-Strip = tuple[Array, Array, Array]
-Cut = tuple[Int64]
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]
-HELD, CUTS_HELD = 24 << 20, 1 << 20  # bytes of courses cached for neighbouring windows, and of their cuts
+HELD = 24 << 20  # bytes of courses cached for neighbouring windows
 CHUNK = 256  # columns of a bed cut at once, so that a window needs few chunks; 128, 512: the same bytes
 RUN_UP = 48  # columns on both sides that fix the cut at the end of a chunk; 24, 96: the same bytes
 
@@ -123,8 +119,7 @@ class Wall:
     scene: tuple[Any, ...]  # exemplar data for the kernels: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
-    strips: LRUCache[Strip] = field(default_factory=partial(LRUCache, HELD), repr=False)
-    cuts: LRUCache[Cut] = field(default_factory=partial(LRUCache, CUTS_HELD), repr=False)
+    strips: LRUCache = field(default_factory=partial(LRUCache, HELD), repr=False)
 
     @classmethod
     def of(
@@ -164,10 +159,9 @@ class Wall:
                 run.tick(done, total, draft)
                 names = [(m, i) for i in courses]
                 strips = self.strips.all(names, partial(self._laid, each))
-                both = dict(zip(names, pairwise(strips), strict=False))
                 run.tick(done + 1 + len(strips), total, draft)
-                cuts = self.cuts.all(names[:-1], partial(self._cut_beds, each, both))
-                for (strip, following), ((top,), (end,)) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
+                cuts = each(self._cut_bed, [*pairwise(strips)])
+                for (strip, following), (top, end) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
                     wall_kernels.write_course(
@@ -212,10 +206,6 @@ class Wall:
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._make_strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
-    def _cut_beds(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
-        """Return the cuts of pairs of strips, each between a course and the one below it."""
-        return each(self._cut_bed, [both[name] for name in names])
-
     def _make_strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
         """Return a course in a chunk: exemplar pixels (R, w, 2), costs beyond its beds (R, w), first canvas row (w,).
         """
@@ -252,7 +242,7 @@ class Wall:
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
-    def _cut_bed(self, both_strips: tuple[Strip, Strip]) -> Cut:
+    def _cut_bed(self, both_strips: tuple[Strip, Strip]) -> Int64:
         """Cut two courses along their bed.
 
         Return how many rows of the band around the bed the upper one keeps in each column of the chunk.
@@ -268,7 +258,7 @@ class Wall:
             kept = inner[end, pin]
             inner[end] = shortest_paths.BARRED
             inner[end, pin] = kept
-        return (np.asarray(shortest_paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
+        return np.asarray(shortest_paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64)
 
 
 def _misplacement_costs(picture: Array, work: Masonry, shown: Array) -> Int64:

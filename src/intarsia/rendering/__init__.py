@@ -186,16 +186,12 @@ class Curve:
             codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))
         return codes
 
-    def divided(self, total: Array, weight: Array, *base: Array) -> Array:
-        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 if weight is 0.
-
-        `base`: `first`, `light` and `samples` of :func:`encode_light`, for sRGB.
-        """
+    def divided(self, total: Array, weight: Array) -> Array:
+        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 if weight is 0."""
         codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
         none = np.zeros(0, np.int32)
         coding = (code_steps(size), *code_lookup(size)) if self.srgb else (none, none, 0)
-        first, light, samples = base or (None, None, None)
-        encode_light(total, weight, coding, first, light, samples, codes)
+        encode_light(total, weight, coding, codes)
         return codes
 
     def _stored(self, values: Array) -> Array:

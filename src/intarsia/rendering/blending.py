@@ -1,12 +1,11 @@
 """Blending of the votes of several pieces into one pixel: integers, floats, normal maps and labels.
 
 A mixer belongs to one plane of all exemplars. Its methods: `vote` returns the codes of a cell and, for every pixel, the
-weight of all votes (0: no votes, the code is undefined); `read` does so for interpolated pixels, where pieces are
+weight of all votes (0: no votes, the code is undefined); `read` returns those of interpolated pixels, where pieces are
 rotated, scaled or warped; `average` averages blocks of s x s px, for planes that are smaller than the map.
 
 Colours with opacity are premultiplied, so that transparent pixels do not tint opaque ones: colour = sum w a C /
 sum w a, opacity = sum w a / sum w; where every vote is wholly transparent the colours are blended without opacity.
-Variance-preserving blending applies to the colours; opacity is always the mean.
 """
 
 from __future__ import annotations
@@ -15,16 +14,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation import lazy
-from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
+from ..foundation.arrays import Array, Int32, Int64, Pair
 from ..foundation.arrays import Floats as Float64
-from ..foundation.blend import Blend, Mixing
+from ..foundation.blend import Blend
 from ..foundation.geometry import ISOMETRIES
 from ..model.image import Kind, Plane
 from . import Curve
@@ -35,6 +33,9 @@ if TYPE_CHECKING:
     from .warped_kernels import Part
 else:  # what few pictures use
     warped_kernels = lazy("intarsia.rendering.warped_kernels")
+
+SLOTS = 1 << 20
+"""About how many sums of votes for labels are kept at a time; limits memory, changes no result."""
 
 SAMPLED = 1 << 18
 """About how many vectors of a normal map are sampled by `off_unit`."""
@@ -122,34 +123,6 @@ def off_unit(plane: Plane) -> float:
     return float(np.abs(lengths - 1.0).mean()) if lengths.size else 0.0
 
 
-@dataclass(frozen=True)
-class Spread:
-    """The mean and the range of an exemplar's channels, as light, for variance-preserving blending."""
-
-    mean: Float64
-    low: Float64
-    high: Float64
-
-    @classmethod
-    def of(cls, light: Array, share: Array | None = None) -> Spread:
-        """Return mean, weighted by `share`, and range of pixels (N, C); the mean of equal pixels is exact."""
-        base = light[0].astype(np.float64)
-        away = light - base
-        if share is None or not share.any():
-            share = np.ones(len(light))
-        count = fsum(share)
-        mean = base + np.array([fsum(away[:, c] * share) / count for c in range(light.shape[1])])
-        return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
-
-    def widen(self, mean: Float64, weight: Array, squares: Float64) -> Float64:
-        """Return blended means scaled around the exemplar's mean by sum w / sqrt(sum w^2), clipped to its range.
-
-        `weight`: sum w; `squares`: sum w^2.
-        """
-        gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
-        return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
-
-
 _UPRIGHT = (np.tile(np.arange(64), (8, 1)), np.ones((8, 64), np.int64))
 
 
@@ -175,7 +148,6 @@ class Colours:
 
     samples: Array  # (N, C) codes
     curve: Curve
-    spread: Spread | None
 
     @cached_property
     def light(self) -> Array:
@@ -188,34 +160,15 @@ class Colours:
         """Channels without opacity."""
         return int(self.samples.shape[-1]) - self.curve.alpha
 
-    def squares(self, plan: VoteGroups) -> Float64 | None:
-        """Return zeros for the sums of squared weights; None if they are not needed."""
-        return np.zeros(plan.shape) if self.spread else None
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the codes of the interpolated pixels of a cell."""
+        away, first = np.empty((*part.which.shape, self.samples.shape[1])), np.empty(part.which.shape, np.int64)
+        warped_kernels.read_light(part, reach, self.light, self.curve.alpha, first, away)
+        return self._coded(first, away)
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Float64]:
-        """Return codes and weights as `vote` does, for interpolated pixels of a cell with its halo, `part`."""
-        alpha, size = self.curve.alpha, part.size(feather)
-        plain, weight = room_for(size, self.samples.shape[1], np.float64)
-        seen, opaque = room_for(size, plain.shape[2] if alpha else 1, np.float64)
-        first = np.full(size, -1)
-        warped_kernels.read_light(part, reach, feather, self.light, alpha, (seen, plain), first, (opaque, weight))
-        if self.curve.srgb and self.curve.integer and not alpha:  # the same as below, faster
-            return self.curve.divided(plain, weight, first, self.light, self.samples), weight
-        away = plain / np.maximum(weight, 1.0)[..., None]
-        if alpha:
-            some = opaque > 0.0
-            colours = seen[..., :-1] / np.where(some, opaque, 1.0)[..., None]
-            away[..., :-1] = np.where(some[..., None], colours, away[..., :-1])
-        return self._coded(np.maximum(first, 0), away), weight
-
-    def _coded(self, first: Int64, away: Array, weight: Array | None = None, squares: Float64 | None = None) -> Array:
+    def _coded(self, first: Int64, away: Array) -> Array:
         """Return the codes of the light of pixels `first` plus `away`; the pixels' own codes where `away` is 0."""
-        mean = self.light[first] + away
-        same, n = away == 0, self.colours
-        if self.spread and squares is not None and weight is not None:
-            mean[..., :n] = self.spread.widen(mean[..., :n], weight, squares)
-            same[..., :n] = (squares == weight * weight)[..., None] | (mean == self.light[first])[..., :n]
-        return np.where(same, self.samples[first], self.curve.code(mean))
+        return np.where(away == 0, self.samples[first], self.curve.code(self.light[first] + away))
 
 
 class Integers(Colours):
@@ -228,13 +181,13 @@ class Integers(Colours):
 
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         """Return the codes of a cell, and the weight of all votes of every pixel."""
-        plain, squares = room_for(plan.shape, self.colours, np.int64), self.squares(plan)
-        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain, squares)
-        codes = self._rounded(*plain, squares)
+        plain = room_for(plan.shape, self.colours, np.int64)
+        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain)
+        codes = self._rounded(*plain)
         if self.curve.alpha:
-            seen, squares = room_for(plan.shape, 2 * self.colours, np.int64), self.squares(plan)
-            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, seen, squares)
-            codes = self._seen(codes, plain[1], self._rounded(*seen, squares), seen[1])
+            seen = room_for(plan.shape, 2 * self.colours, np.int64)
+            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, seen)
+            codes = self._seen(codes, plain[1], self._rounded(*seen), seen[1])
         return codes, plain[1]
 
     def average(self, codes: Array, s: int) -> Array:
@@ -255,21 +208,15 @@ class Integers(Colours):
         alpha = ((2 * opaque + weight) // (2 * weight)).astype(plain.dtype)
         return np.concatenate([np.where((opaque > 0)[..., None], seen, plain), alpha[..., None]], axis=2)
 
-    def _rounded(self, total: Int64, weight: Int64, squares: Float64 | None = None) -> Array:
+    def _rounded(self, total: Int64, weight: Int64) -> Array:
         """Return sums of light, or of its limbs, divided by weights, as codes."""
-        share = np.maximum(weight, 1)[..., None]
-        if limbs := total.shape[2] > self.colours:
-            high, low = np.split(total, 2, axis=2)
-            whole, rest = np.divmod(high + (low >> LIMB), share)
-            rest = (rest << LIMB) + (low & ((1 << LIMB) - 1))
-        if self.spread and squares is not None:
-            mean = whole * float(1 << LIMB) + rest / share if limbs else total / share
-            mean = self.spread.widen(mean, share[..., 0], squares)
-            total = np.floor(mean if self.curve.srgb else mean + 0.5).astype(np.int64)
-        elif limbs:  # the code table rounds; without a curve, round half up here
-            total = (whole << LIMB) + (rest // share if self.curve.srgb else (2 * rest + share) // (2 * share))
-        else:
+        if total.shape[2] == self.colours:
             return self.curve.divided(total, weight)
+        share, (high, low) = np.maximum(weight, 1)[..., None], np.split(total, 2, axis=2)
+        whole, rest = np.divmod(high + (low >> LIMB), share)
+        rest = (rest << LIMB) + (low & ((1 << LIMB) - 1))
+        # The code table rounds; without a curve, round half up here.
+        total = (whole << LIMB) + (rest // share if self.curve.srgb else (2 * rest + share) // (2 * share))
         return self.curve.divided(total, np.ones_like(weight))
 
 
@@ -287,13 +234,12 @@ class Floats(Colours):
     def _mixed(self, plan: VoteGroups, reach: Reach, opacity: Array | None) -> tuple[Array, Array]:
         first = np.full(plan.shape, -1)
         total, weight = sums = room_for(plan.shape, self.samples.shape[1], np.float64)
-        squares = self.squares(plan)
         turn = _UPRIGHT
         if self.curve.alpha:  # differences of single floats are single ones, without opacity double ones
             turn = turn[0], turn[1].astype(self.light.dtype)
-        add_votes((plan, reach), self.light, None, opacity, turn, first, sums, squares)
+        add_votes((plan, reach), self.light, None, opacity, turn, first, sums)
         away = total / np.where(weight > 0, weight, 1.0)[..., None]
-        return self._coded(np.maximum(first >> 3, 0), away, weight, squares), weight
+        return self._coded(np.maximum(first >> 3, 0), away), weight
 
     def average(self, codes: Array, s: int) -> Array:
         """Return codes (h, w, C) averaged in blocks of s x s px; blocks of equal codes are exact."""
@@ -326,19 +272,14 @@ class Normals:
         """Return the codes of a cell, and the weight of all votes of every pixel; 0 where vectors cancel."""
         first = np.full(plan.shape, -1)
         total, weight = sums = room_for(plan.shape, 3, np.float64)
-        add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums, None)
+        add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums)
         return self.coding.settled(self.samples, first, total, weight), weight
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return codes as `vote` does, for interpolated pixels, and where there is a vector."""
-        total, weight = room_for(part.size(feather), 3, np.float64)
-        first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
-        warped_kernels.read_vectors(part, reach, feather, self.light, self.coding.cross, first, (lead, total), weight)
-        vector = lead * weight[..., None] + total
-        heard = np.asarray(vector.any(axis=2))
-        vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # an exact copy
-        first = np.where(first >= 0, first, -1 - first)
-        return self.coding.settled(self.samples, first, vector), heard
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the codes of the interpolated pixels of a cell."""
+        vector, first = np.empty((*part.which.shape, 3)), np.empty(part.which.shape, np.int64)
+        warped_kernels.read_vectors(part, reach, self.light, self.coding.cross, first, vector)
+        return self.coding.settled(self.samples, first, vector)
 
     def average(self, codes: Array, s: int) -> Array:
         """Return codes (h, w, 3) averaged in blocks of s x s px, made unit length; blocks of equal ones are exact."""
@@ -366,25 +307,20 @@ class Labels:
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         """Return the labels of a cell, and the weight of all votes of every pixel."""
         out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
-        todo = [(0, plan.shape[0], 4)]
-        while todo:  # if more than four labels get votes at a pixel: half the rows, twice the slots
-            begin, end, room = todo.pop()
-            size = (end - begin, plan.shape[1], room)
+        (height, width), room = plan.shape, min(len(self.names), (plan.feather + 1) ** 2)
+        rows = max(SLOTS // (width * room), 1)
+        for begin in range(0, height, rows):
+            size = (min(rows, height - begin), width, room)
             label, share = np.zeros(size, np.int32), np.zeros(size, np.int64)
-            weight[begin:end] = 0
-            if vote_label(plan, reach, self.ranks, begin, end, (label, share), weight[begin:end]):
-                out[begin:end] = label[..., 0]
-            else:
-                middle = (begin + end) // 2
-                todo += [(a, b, 2 * room) for a, b in ((begin, middle), (middle, end)) if a < b]
+            vote_label(plan, reach, self.ranks, begin, (label, share), weight[begin : begin + rows])
+            out[begin : begin + rows] = label[..., 0]
         return self.names[out], weight
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return labels and weights as `vote` does, for interpolated pixels."""
-        size = part.size(feather)
-        out, weight = np.zeros(size, np.int32), np.zeros(size, np.int64)
-        warped_kernels.read_labels(part, reach, feather, self.ranks, out, weight)
-        return self.names[out], weight
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the labels of the interpolated pixels of a cell."""
+        out = np.empty(part.which.shape, np.int32)
+        warped_kernels.read_labels(part, reach, self.ranks, out)
+        return self.names[out]
 
     def average(self, codes: Array, s: int) -> Array:
         """Return the most frequent label of each block of s x s px, of equals the smallest."""
@@ -398,8 +334,8 @@ Mixer = Integers | Floats | Normals | Labels
 """How the pixels of a plane are blended, by its kind and type."""
 
 
-def mixer_of(planes: Sequence[Plane], samples: Array, blend: Blend, usable: Mask | None = None) -> Mixer:
-    """Return the mixer of one plane of all exemplars; `usable`: the samples of which mean and range are taken."""
+def mixer_of(planes: Sequence[Plane], samples: Array, blend: Blend) -> Mixer:
+    """Return the mixer of one plane of all exemplars."""
     plane, dtype = planes[0], planes[0].pixels.dtype
     if plane.kind is Kind.NORMAL:
         signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
@@ -407,12 +343,7 @@ def mixer_of(planes: Sequence[Plane], samples: Array, blend: Blend, usable: Mask
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
         return Labels.of(samples)
-    curve, spread = Curve.of(plane, blend.mixing), None
-    if blend.mixing is Mixing.VARIANCE and blend.feather:
-        seen = slice(None) if usable is None else np.flatnonzero(usable)
-        values = curve.linear(samples[seen])
-        spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
-    return (Floats if plane.is_float else Integers)(samples, curve, spread)
+    return (Floats if plane.is_float else Integers)(samples, Curve.of(plane, blend.mixing))
 
 
 def averaged(plane: Plane, n: int) -> Array:

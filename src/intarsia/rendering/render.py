@@ -19,7 +19,7 @@ import numpy as np
 
 from ..foundation import InputError, ParameterError, lazy, said
 from ..foundation.arrays import Array
-from ..foundation.blend import Blend, Mixing
+from ..foundation.blend import Blend
 from ..foundation.geometry import Box
 from ..foundation.run import Run
 from ..model import Exemplars
@@ -39,9 +39,6 @@ else:  # what few pictures use
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums fit into 64 bits up to it."""
-
-MAX_BETWEEN = 256
-"""The widest feather in px of a plane whose pixels are interpolated, as every vote is then read separately."""
 
 _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
@@ -89,9 +86,9 @@ def render(
     if smap.exact:
         check_spread(blend.feather, grow, f"on a {grow}x larger plane")
     else:
-        check_blend(blend, grow, planes[0].kind)
+        check_blend(blend, planes[0].kind)
     ground = SourceAtlas.of(exemplars, planes, scale, smap, blend.feather * grow)
-    job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend, ground.usable))
+    job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend))
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
     check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
@@ -159,10 +156,7 @@ class _Job:
         ground.refuse_holes(part[1][core])
         if f == 0:
             return self._own(part)
-        if ground.smap.exact:
-            codes, weight = self.mixer.vote(group_votes(part, origin, ground.reach.table, f), ground.reach)
-        else:
-            codes, weight = self.mixer.read(warped_kernels.Part(*part), ground.reach, f)
+        codes, weight = self.mixer.vote(group_votes(part, origin, ground.reach.table, f), ground.reach)
         lost = weight == 0  # no votes: the pixel's own source is copied
         if lost.any():
             codes[lost] = self._own(tuple(np.ascontiguousarray(a[core]) for a in part))[lost]
@@ -171,7 +165,7 @@ class _Job:
     def _own(self, part: tuple[Array, ...]) -> Array:
         """Return the codes of every pixel's own source."""
         if not self.ground.smap.exact:
-            return self.mixer.read(warped_kernels.Part(*part), self.ground.reach, 0)[0]
+            return self.mixer.read(warped_kernels.Part(*part), self.ground.reach)
         codes, _ = self._copies(part[0], part[1])
         return self.mixer.coding.turned(codes, part[2]) if isinstance(self.mixer, Normals) else codes
 
@@ -217,23 +211,20 @@ def check_drawable(exemplars: Exemplars, height: int, width: int, feather: int) 
         check_spread(feather, scale, f"on the plane {name}, {scale}x larger")
 
 
-def check_spread(feather: int, grow: int, where: str, most: int = MAX_SPREAD) -> None:
-    """Raise ParameterError if a feather is wider than `most` on a plane `grow` times larger than the map."""
+def check_spread(feather: int, grow: int, where: str) -> None:
+    """Raise ParameterError if a feather is too wide on a plane `grow` times larger than the map."""
     grow = max(grow, 1)
-    if feather * grow > most:
-        raise ParameterError(f"feather={feather} is too wide {where}; give at most {most // grow} px.")
+    if feather * grow > MAX_SPREAD:
+        raise ParameterError(f"feather={feather} is too wide {where}; give at most {MAX_SPREAD // grow} px.")
 
 
-def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
-    """Raise ParameterError if interpolated pixels of a plane `grow` times larger than the map have no such blend."""
+def check_blend(blend: Blend, kind: Kind = Kind.COLOUR) -> None:
+    """Raise ParameterError if interpolated pixels have no such blend."""
     reason = "pieces of this map are turned, scaled or moved by fractions of a pixel"
-    check_spread(blend.feather, grow, f"where {reason}", MAX_BETWEEN)
-    if kind in (Kind.NORMAL, Kind.LABEL):
-        return
-    if blend.finish:
+    if blend.feather:
+        raise ParameterError(f"{reason}, and a feather joins whole pixels only; draw it without (--feather 0).")
+    if blend.finish and kind not in (Kind.NORMAL, Kind.LABEL):
         raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--even-tone 0).")
-    if blend.feather and blend.mixing is Mixing.VARIANCE:
-        raise ParameterError(f"mixing=variance needs pieces of whole pixels, but {reason}; give mean or source.")
 
 
 def _planes(exemplars: Exemplars, name: str | None) -> tuple[list[Plane], int]:

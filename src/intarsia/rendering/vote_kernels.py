@@ -235,14 +235,14 @@ def copy_cell(
 @kernel
 def add_votes(
     heard: tuple[VoteGroups, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
-    first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
+    first: Int64 | None, sums: tuple[Array, Array],
 ) -> None:  # fmt: skip
     """Add up w * value for every pixel and channel, and w: the number of votes for an exemplar pixel times its `near`.
 
     `values` (N, C) are light, or codes if the table of their `light` is given. `opacity` (N,) multiplies w, if it is
     given: transparent pixels have no vote. `sums` = (total, weight). If `first` is given, it holds 8 u + pose of the
     first vote, -1 at the start, and `total` the sum of w * (value - value of the first vote): exactly zero where all
-    agree, whatever the rounding. `squares`: sums of squared weights. Branches on None are compiled away.
+    agree, whatever the rounding. Branches on None are compiled away.
     """
     plan, reach = heard
     columns, hits = scratch(plan)
@@ -259,8 +259,6 @@ def add_votes(
                         continue
                     w = w * opacity[u]
                 weight[y, x] += w
-                if squares is not None:
-                    squares[y, x] += float(w) * float(w)
                 if first is None:
                     for c in range(total.shape[2]):
                         total[y, x, c] += w * (values[u, c] if light is None else light[values[u, c]])
@@ -275,15 +273,11 @@ def add_votes(
 
 
 @kernel
-def encode_light(
-    total: Array, weight: Array, coding: tuple[Int32, Int32, int], first: Int64 | None, light: Any, samples: Any,
-    out: Array,
-) -> None:  # fmt: skip
+def encode_light(total: Array, weight: Array, coding: tuple[Int32, Int32, int], out: Array) -> None:
     """Divide total (h, w, C) by weight (h, w) once, rounding half up to codes.
 
     `coding`: the light at which each code begins, empty if codes are light, and a lookup table with its shift, where
-    the search for a code starts. With `first` (h, w) the total is relative to the `light` of these pixels, whose own
-    codes of `samples` are written where it is 0; only if codes have such a table.
+    the search for a code starts.
     """
     steps, shelf, shift = coding
     for y in range(weight.shape[0]):
@@ -295,14 +289,7 @@ def encode_light(
                 if steps.size == 0:
                     out[y, x, c] = (2 * total[y, x, c] + w) // (2 * w)
                     continue
-                if first is None:
-                    value = np.int64(total[y, x, c] // w)
-                else:
-                    away, u = total[y, x, c] / w, first[y, x]
-                    if away == 0.0:
-                        out[y, x, c] = samples[u, c]
-                        continue
-                    value = np.int64(floor(light[u, c] + away))
+                value = np.int64(total[y, x, c] // w)
                 code = np.int64(shelf[value >> shift])
                 while code < steps.size and steps[code] <= value:
                     code += 1
@@ -311,33 +298,30 @@ def encode_light(
 
 @kernel
 def vote_label(
-    plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
-) -> bool:
-    """Add up the weight of every label that gets votes in rows begin .. end - 1; return False if slots run out.
+    plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, slots: tuple[Int32, Int64], weight: Int64
+) -> None:
+    """Add up the weight of every label that gets votes in rows from `begin` on.
 
-    `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free: the first one has the largest weight,
-    the smallest label of equals. `weight` (rows, w) is that of all.
+    `slots` = (label, weight), (rows, w, K) each for at most K labels, weight 0 where a slot is free: the first one has
+    the largest weight, the smallest label of equals. `weight` (rows, w) is that of all.
     """
     columns, hits = scratch(plan)
     label, share = slots
     for g in range(plan.groups.shape[0]):
-        first, last = open_group(plan, g, begin, end, columns)
+        first, last = open_group(plan, g, begin, begin + weight.shape[0], columns)
         for y in range(first, last):
             n = weigh_row(plan, reach, g, y, first, columns, hits)
             for i in range(n):
                 row, x, w, rank = y - begin, hits[0, i], hits[1, i], ranks[hits[2, i]]
                 k = 0
-                while k < label.shape[2] and share[row, x, k] > 0 and label[row, x, k] != rank:
+                while share[row, x, k] > 0 and label[row, x, k] != rank:
                     k += 1
-                if k == label.shape[2]:
-                    return False
                 weight[row, x] += w
                 w += share[row, x, k]
                 if w > share[row, x, 0] or (w == share[row, x, 0] and rank < label[row, x, 0]):
                     label[row, x, k], share[row, x, k] = label[row, x, 0], share[row, x, 0]
                     k = 0
                 label[row, x, k], share[row, x, k] = rank, w
-    return True
 
 
 @kernel

@@ -1,18 +1,16 @@
-"""Kernels of blending by votes for maps whose pieces are scaled, rotated or warped: interpolated reading.
+"""Kernels of drawing maps whose pieces are scaled, rotated or warped: interpolated reading.
 
-The map pixel at q votes for the pixel at p with u = S(q) + J(q) (p - q), as in ``render.py``; here S(q) includes its
-fraction of a pixel, and J is any matrix.
+The map pixel at p is read at u = S(p), which includes its fraction of a pixel, with any matrix J.
 
 A *reading* of the exemplar at a position u is a short list of pixels and weights: 4 x 4 by Catmull-Rom (Catmull and Rom
 1974; Keys 1981, a = -1/2), 2 x 2 bilinear over the usable ones if one of these is masked. If a step of
 one px in the output is longer than one px in the exemplar, several readings spread over the pixel's footprint are
-averaged. Votes are added in raster order. Sums are of differences to the first pixel read, so that uniform areas stay
-exact.
+averaged. Sums are of differences to the first pixel read, so that uniform areas stay exact.
 
 Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and clamped to the range
 of the pixels read; normals too, then turned by the frame and normalised; labels are those of the nearest pixel. A
 masked pixel is never read: if all around are masked, the map pixel's own source is read. If a position falls on a
-pixel, and the frame is an isometry or none, the copy is exact.
+pixel, and the frame is an isometry or none, the copy is exact. Such pieces are not blended: there is no feather.
 """
 
 from __future__ import annotations
@@ -21,11 +19,10 @@ from math import ceil, floor, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
-from ..kernels.maps import HOLE, J
+from ..kernels.maps import J
 from .vote_kernels import Reach
 
 MOST = 4
@@ -62,15 +59,6 @@ def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: flo
     """Return the index of the pixel nearest to a position; if it is masked, that of the pixel `own` (row, column)."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return _pixel(row, own[0], own[1]) if free.size > 0 and not free[k] else k
-
-
-@kernel
-def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
-    """Return the weight of a vote for a position: `near` of its nearest pixel, 0 outside of the exemplar."""
-    y, x = floor(uy + 0.5), floor(ux + 0.5)
-    if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
-        return 0
-    return int(near[_pixel(row, y, x)])
 
 
 @kernel
@@ -132,15 +120,8 @@ def footprint(down: float, across: float) -> tuple[int, float]:
     return min(ceil(length - SLACK), MOST), min(1.0, 2.0 - 2.0 / length)
 
 
-ALIKE = 1 / 1024
-"""Px of position, and entries of a frame, by which merged votes may differ; within a piece they differ by less."""
-
-KEPT = 8
-"""Number of first positions that later votes are compared with; in strongly warped fields few votes are merged."""
-
-
 class Part(NamedTuple):
-    """A cell of the map with a halo, in px of the plane, as `cut_window` writes it."""
+    """A cell of the map, in px of the plane, as `cut_window` writes it."""
 
     yx: Int32  # (h, w, 2): the source pixel
     which: UInt8  # (h, w): the exemplar
@@ -148,98 +129,54 @@ class Part(NamedTuple):
     at: Floats  # (h, w, 2): the position in the exemplar
     j: Floats  # (h, w, 4): the frame, as the rows of J
 
-    def size(self, feather: int) -> Pair:
-        """Height and width of the cell, without its halo."""
-        return self.which.shape[0] - feather, self.which.shape[1] - feather
-
 
 @kernel
-def collect_votes(
-    part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
+def read_pixel(
+    part: Part, reach: Reach, y: int, x: int, k: int, prints: tuple[int, float, int, float], at: Int64, w: Array
 ) -> int:
-    """List the positions that the map pixels around pixel (y, x) of a cell vote for, in raster order; return how many.
+    """List the pixels and weights of reading `k` of pixel (y, x) of a cell as :func:`taps` does; return how many.
 
-    `places` (n, 2): positions; `votes` (n, 3): row and column of the map pixel, and its weight. Votes with equal
-    position and frame are merged, if the earlier one is among the first KEPT.
+    `prints`: the footprints along both axes. The nearest pixel, where all around are masked.
     """
-    n, f = 0, feather
-    for qy in range(y, y + f + 1):
-        for qx in range(x, x + f + 1):
-            w = part.which[qy, qx]
-            if w == HOLE:
-                continue
-            j = part.j[qy, qx]
-            dy, dx = y + f // 2 - qy, x + f // 2 - qx
-            uy = part.at[qy, qx, 0] + (j[0] * dy + j[1] * dx)
-            ux = part.at[qy, qx, 1] + (j[2] * dy + j[3] * dx)
-            vote = 1 if f == 0 else share_of(exemplar_of(reach.table, w), reach.near, uy, ux)
-            if vote == 0:
-                continue
-            k = 0
-            while k < min(n, KEPT):
-                same = abs(places[k, 0] - uy) <= ALIKE and abs(places[k, 1] - ux) <= ALIKE
-                if same and part.which[votes[k, 0], votes[k, 1]] == w and _alike(part.j[votes[k, 0], votes[k, 1]], j):
-                    break
-                k += 1
-            if k < min(n, KEPT):
-                votes[k, 2] += vote
-                continue
-            places[n, 0], places[n, 1] = uy, ux
-            votes[n, 0], votes[n, 1], votes[n, 2] = qy, qx, vote
-            n += 1
+    row, u, v = exemplar_of(reach.table, part.which[y, x]), part.at[y, x, 0], part.at[y, x, 1]
+    jyy, jyx, jxy, jxx = part.j[y, x, 0], part.j[y, x, 1], part.j[y, x, 2], part.j[y, x, 3]
+    ny, sy, nx, sx = prints
+    oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
+    n = taps(row, reach.free, u + (jyy * oy + jyx * ox), v + (jxy * oy + jxx * ox), at, w)
+    if n == 0:
+        at[0] = nearest_pixel(row, reach.free, u, v, (part.yx[y, x, 0], part.yx[y, x, 1]))
+        w[0, 0], w[1, 0], n = 1.0, 1.0, 1
     return n
 
 
 @kernel
-def _alike(a: Floats, b: Floats) -> bool:
-    away = max(max(abs(a[0] - b[0]), abs(a[1] - b[1])), max(abs(a[2] - b[2]), abs(a[3] - b[3])))
-    return bool(away <= ALIKE)
+def footprints(part: Part, y: int, x: int) -> tuple[int, float, int, float]:
+    """Return :func:`footprint` along both axes at a pixel of a cell."""
+    j = part.j[y, x]
+    ny, sy = footprint(j[0], j[2])
+    nx, sx = footprint(j[1], j[3])
+    return ny, sy, nx, sx
 
 
 @kernel
-def read_light(
-    part: Part, reach: Reach, feather: int, light: Array, alpha: bool,
-    sums: tuple[Floats, Floats], first: Int64,
-    weights: tuple[Floats, Floats],
-) -> None:  # fmt: skip
-    """Add up w (light - light of the first pixel read) for every pixel of a cell.
+def read_light(part: Part, reach: Reach, light: Array, alpha: bool, first: Int64, away: Floats) -> None:
+    """Write the light of every pixel of a cell less that of the first pixel read, `first` (h, w), into `away`.
 
-    `sums` (h, w, C) are weighted by opacity, and not; without `alpha` only the second are filled. `first` (h, w) is
-    that pixel, -1 at the start; `weights` (h, w) are the sums of w times opacity, and of w.
+    ``away`` (h, w, C). With `alpha` colours are weighted by opacity, where there is any.
     """
     at, w, added = np.empty(16, np.int64), np.empty((3, 16)), np.zeros((2, light.shape[1]))
-    room, free = (feather + 1) * (feather + 1), reach.free
-    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+    last = light.shape[1] - 1
     for y in range(first.shape[0]):
         for x in range(first.shape[1]):
-            base, opaque = -1, 0.0
+            opaque, prints = 0.0, footprints(part, y, x)
             added[:] = 0.0
-            if feather > 0:
-                heard = collect_votes(part, reach, feather, y, x, places, votes)
-            else:  # only the pixel's own vote: the same as above, faster
-                heard = 1 if part.which[y, x] != HOLE else 0
-                places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
-                votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
-            for vote in range(heard):
-                qy, qx, count = votes[vote, 0], votes[vote, 1], votes[vote, 2]
-                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
-                jyy, jyx, jxy, jxx = part.j[qy, qx, 0], part.j[qy, qx, 1], part.j[qy, qx, 2], part.j[qy, qx, 3]
-                uy, ux = places[vote, 0], places[vote, 1]
-                weights[1][y, x] += count
-                (ny, sy), (nx, sx) = footprint(jyy, jxy), footprint(jyx, jxx)
-                for k in range(ny * nx):
-                    oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
-                    n = taps(row, free, uy + (jyy * oy + jyx * ox), ux + (jxy * oy + jxx * ox), at, w)
-                    if n == 0:
-                        at[0], w[0, 0], w[1, 0], n = nearest_pixel(row, free, uy, ux, own), 1.0, 1.0, 1
-                    base = at[0] if base < 0 else base
-                    opaque += _add(light, alpha, at, n, w, count / (ny * nx), base, added)
-            first[y, x] = base
-            weights[0][y, x] = opaque
-            for c in range(light.shape[1]):
-                sums[1][y, x, c] = added[1, c]
-                if alpha:
-                    sums[0][y, x, c] = added[0, c]
+            for k in range(prints[0] * prints[2]):
+                n = read_pixel(part, reach, y, x, k, prints, at, w)
+                if k == 0:
+                    first[y, x] = at[0]
+                opaque += _add(light, alpha, at, n, w, 1.0 / (prints[0] * prints[2]), first[y, x], added)
+            for c in range(last + 1):
+                away[y, x, c] = added[0, c] / opaque if c < last and opaque > 0.0 else added[1, c]
 
 
 @kernel
@@ -285,33 +222,6 @@ def _pose_of(j: Floats) -> int:
 
 
 @kernel
-def _vector(
-    row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: Pair,
-    vectors: Array, read: Floats,
-) -> tuple[int, bool]:  # fmt: skip
-    """Read a vector (x, y, z) at a position; return the first pixel read, and whether all pixels read are equal."""
-    at, w = np.empty(16, np.int64), np.empty((3, 16))
-    (ny, sy), (nx, sx) = footprint(j[0], j[2]), footprint(j[1], j[3])
-    first, equal = -1, True
-    away = np.zeros(3)
-    for k in range(ny * nx):
-        oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
-        n = taps(row, reach.free, u[0] + (j[0] * oy + j[1] * ox), u[1] + (j[2] * oy + j[3] * ox), at, w)
-        if n == 0:
-            at[0], w[0, 0], n = nearest_pixel(row, reach.free, u[0], u[1], own), 1.0, 1
-        if first < 0:
-            first = at[0]
-        for i in range(n):
-            for c in range(3):
-                step = np.float64(vectors[at[i], c]) - np.float64(vectors[first, c])
-                equal = equal and step == 0.0
-                away[c] += w[0, i] * step
-    for c in range(3):
-        read[c] = np.float64(vectors[first, c]) + away[c] / (ny * nx)
-    return first, equal
-
-
-@kernel
 def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
     """Turn a vector with its piece: n_yx' = J^T n_yx; `cross` is -1 if green is up, else 1.
 
@@ -329,60 +239,37 @@ def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
 
 
 @kernel
-def read_vectors(
-    part: Part, reach: Reach, feather: int, vectors: Array, cross: int, first: Int64,
-    sums: tuple[Floats, Floats], weight: Floats,
-) -> None:  # fmt: skip
-    """Add up the vectors read for every pixel of a cell, each turned with its piece.
+def read_vectors(part: Part, reach: Reach, vectors: Array, cross: int, first: Int64, out: Floats) -> None:
+    """Write the vector read for every pixel of a cell, turned with its piece, into `out` (h, w, 3).
 
-    `first` (h, w): 8 times the first pixel read, and its isometry; less than 0 unless all were copies, turned by an
-    isometry. `sums` (h, w, 3): the first vector, and the sum of w (vector - first).
+    Zeros where it is a copy, turned by an isometry. `first` (h, w): 8 times the first pixel read, and its isometry.
     """
-    lead, total = sums
-    v, room = np.empty(3), (feather + 1) * (feather + 1)
-    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+    at, w, away, v = np.empty(16, np.int64), np.empty((3, 16)), np.zeros(3), np.empty(3)
     for y in range(first.shape[0]):
         for x in range(first.shape[1]):
-            first[y, x] = 0
-            for k in range(collect_votes(part, reach, feather, y, x, places, votes)):
-                qy, qx, vote = votes[k]
-                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
-                j, u = part.j[qy, qx], (places[k, 0], places[k, 1])
-                pixel, equal = _vector(row, reach, j, u, own, vectors, v)
-                pose = _pose_of(j)
-                _turn(j, cross, pose >= 0, v)
-                if weight[y, x] == 0.0:
-                    lead[y, x] = v
-                    first[y, x] = 8 * pixel + max(pose, 0)
-                if first[y, x] >= 0 and not (equal and pose >= 0):
-                    first[y, x] = -1 - first[y, x]
-                weight[y, x] += vote
-                for c in range(3):
-                    total[y, x, c] += vote * (v[c] - lead[y, x, c])
+            prints, lead, equal = footprints(part, y, x), -1, True
+            away[:] = 0.0
+            for k in range(prints[0] * prints[2]):
+                n = read_pixel(part, reach, y, x, k, prints, at, w)
+                lead = at[0] if lead < 0 else lead
+                for i in range(n):
+                    for c in range(3):
+                        step = np.float64(vectors[at[i], c]) - np.float64(vectors[lead, c])
+                        equal = equal and step == 0.0
+                        away[c] += w[0, i] * step
+            for c in range(3):
+                v[c] = np.float64(vectors[lead, c]) + away[c] / (prints[0] * prints[2])
+            pose = _pose_of(part.j[y, x])
+            _turn(part.j[y, x], cross, pose >= 0, v)
+            first[y, x] = 8 * lead + max(pose, 0)
+            for c in range(3):
+                out[y, x, c] = 0.0 if equal and pose >= 0 else v[c]
 
 
 @kernel
-def read_labels(
-    part: Part, reach: Reach, feather: int, ranks: Int32, out: Int32, weight: Int64
-) -> None:
-    """Write the label of every pixel of a cell: the largest weight of nearest pixels, the smallest label of equals."""
-    room = (feather + 1) * (feather + 1)
-    heard, share = np.empty(room, np.int32), np.empty(room, np.int64)
-    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+def read_labels(part: Part, reach: Reach, ranks: Int32, out: Int32) -> None:
+    """Write the label of every pixel of a cell: that of the nearest pixel."""
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
-            n, most = 0, 0
-            for i in range(collect_votes(part, reach, feather, y, x, places, votes)):
-                qy, qx, vote = votes[i]
-                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
-                rank = ranks[nearest_pixel(row, reach.free, places[i, 0], places[i, 1], own)]
-                weight[y, x] += vote
-                k = 0
-                while k < n and heard[k] != rank:
-                    k += 1
-                if k == n:
-                    heard[n], share[n] = rank, 0
-                    n += 1
-                share[k] += vote
-                if share[k] > most or (share[k] == most and rank < out[y, x]):
-                    most, out[y, x] = share[k], rank
+            row, own = exemplar_of(reach.table, part.which[y, x]), (part.yx[y, x, 0], part.yx[y, x, 1])
+            out[y, x] = ranks[nearest_pixel(row, reach.free, part.at[y, x, 0], part.at[y, x, 1], own)]

@@ -19,7 +19,7 @@ from ..foundation.blend import Blend, Finish, Levelling
 from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
 from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of, renamed
-from .field import FLAG, Field, Pair, fields_of
+from .field import FLAG, Field, fields_of
 from .fields import METHOD_VERBS, PICTURE_VERBS, Options, default_parameters, methods_for
 
 if TYPE_CHECKING:
@@ -50,11 +50,9 @@ class Request(Options):
 
     def __post_init__(self) -> None:
         """Raise ParameterError for the first wrong file name or contradiction between options."""
-        drawn = [*(path for _, path in self.overlays), self.best_tile]
         maps = ("--map", self.saved if self.verb == "score" else None), ("--start", self.start)
         beside = (
-            ("--save-map", self.save_map), ("--st-map", self.st_map), ("--preview", self.preview),
-            ("--distance-map", self.distance_map and self.distance_map[1]), ("--offset", self.offset),
+            ("--save-map", self.save_map), ("--preview", self.preview),
         )  # fmt: skip
         able_to = "a .zarr, a .tif or a folder" if self.verb == "weave" else "a file, or - for the standard output"
         for wrong, line in (
@@ -68,23 +66,17 @@ class Request(Options):
              "--trials belongs to --method auto; name that, or drop it."),
             (self.read.count("-") > 1, "the standard input (-) can be read once; name files for the others."),
             *((path == "-", f"a map is read from a file; give {option} the name of a .npz.") for option, path in maps),
-            ("" in drawn, "an empty file name was given; name the file to write."),
-            (drawn.count("-") > 1, "the standard output (-) holds one picture; name files for the others."),
             (self.page is not None and not self.page.lower().endswith(".html"),
              f"--report {self.page}: a report is a page; end its name in .html."),
             (self.sheet is not None and not self.sheet.lower().endswith(".png"),
              f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png."),
-            (self.keep and not self.gates,
-             "--keep keeps what misses a --gate, and none is given; give one, or drop it."),
             (self.out == "", f"-o: an empty name was given; name {able_to}."),
             (self.out == "-" and self.verb == "weave",
-             "-o -: a giant picture does not fit into a pipe; name a .zarr, a .tif or a folder."),
+             "-o -: a giant picture does not fit into a pipe; name a .zarr or a .tif."),
             *((path in ("", "-"), f"{option} needs the name of a file.") for option, path in beside),
             (self.verb == "extend" and not any(self.margins),
              "no side is extended; give at least one of --left, --right, --top and --bottom, in px."),
             (self.seed is not None and self.many is not None, "--seed and --seeds exclude each other; drop one."),
-            (self.executor is not None and self.dask is not None,
-             "--executor and --dask exclude each other; drop one."),
         ):  # fmt: skip
             if wrong:
                 raise ParameterError(line)
@@ -159,11 +151,6 @@ class Request(Options):
         return (self.seed or 0,) if self.many is None else self.many
 
     @property
-    def to_stdout(self) -> bool:
-        """Whether a picture is written to the standard output."""
-        return "-" in (self.out, self.best_tile, *(path for _, path in self.overlays))
-
-    @property
     def into_folder(self) -> bool:
         """Whether `out` is a folder, for a result of every material of `files`."""
         out = self.out or ""
@@ -227,16 +214,14 @@ def picture_of(p: Parameter, path: str) -> varying.Field:
         raise InputError(f"{p.name}: of {name}, {e}") from None
 
 
-def asked_pictures(recipe: Json) -> Json:
-    """Return the entries of a recipe for parameters that were pictures: it holds their hashes."""
-    known, values = parameters_of(recipe.get("method")), recipe.get("parameters")
-    recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
-    return {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
-
-
 def with_pictures(recipe: Json, pictures: Mapping[str, str], name: str) -> Json:
-    """Return the recipe of `name` with its pictures read from files; InputError if a hash differs."""
-    values, asked, known = recipe.get("parameters"), asked_pictures(recipe), parameters_of(recipe.get("method"))
+    """Return the recipe of `name`, which holds hashes of them, with its pictures read from files.
+
+    InputError if a hash differs.
+    """
+    values, known = recipe.get("parameters"), parameters_of(recipe.get("method"))
+    recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
+    asked = {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
     for given in pictures:
         if given not in asked:
             raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")
@@ -297,9 +282,6 @@ def _said(field: Field, value: Any, joined: bool) -> list[str]:
     texts = list(map(field.kind.text, value if field.many else [value]))
     if not field.flags or field.kind is FLAG:
         return [field.flag] if field.flags else texts
-    if isinstance(field.kind, Pair):
-        texts = [kind.text(one) for kind, one in zip(field.kind.kinds, value, strict=True)]
-        return [field.flag, *texts]
     short = field.flags[0]
     return [word for text in texts for word in _option(short if len(short) == 2 else field.flag, text, joined)]
 
@@ -321,9 +303,6 @@ def values_of(method: Method) -> Json:
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
 
-MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
-"""Former parameters of parallel-controllable, now of correction-2008, and the values that it now has fixed."""
-
 VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
 """Key of a recipe -> its verb; `grow` if it has none of them."""
 
@@ -341,32 +320,19 @@ def inputs_of(request: Request) -> Json:
 def from_recipe(recipe: Mapping[str, Any], given: Request, called: str) -> Request:
     """Return the request of a recipe, with the files of `given`, whose other fields override the recipe.
 
-    InputError, with the name `called`, if the recipe is damaged. ParameterError if it needs none of the given files.
+    InputError, with the name `called`, if the recipe is damaged.
     """
     try:
-        found = _filled(recipe, given)
+        return _filled(recipe, given)
     except ParameterError as e:
         raise InputError(f"{called} cannot be followed: {e}") from None
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError(f"{called} is damaged, or of an unknown version; grow it again.") from None
-    for option, needed, files in (
-        ("--labels", "guide" in recipe, given.labels), ("--target", "guide" in recipe, given.target),
-        ("--start", "start" in recipe and not found.begun, given.start),
-        ("--from", found.begun and len(recipe["exemplars"]) > 1, given.donors),
-        ("--mask", found.holes != ("alpha",), given.masks),
-    ):  # fmt: skip
-        if files and not needed:
-            raise ParameterError(f"{given.picture} was made without {option}; drop it.")
-    return found
 
 
 def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     verb = next((verb for word, verb in VERBS.items() if word in recipe), "grow")
-    slug, settings = recipe["method"], {**recipe["parameters"]}
-    for name, was in MOVED.items() if slug == "parallel-controllable" else ():
-        if settings.pop(name, was) != was:
-            raise ParameterError(f"{name} of {slug} is one of correction-2008 now; grow it again with that method.")
-    method, joined = method_of(slug, settings), Blend.of(recipe["blend"])
+    method, joined = method_of(recipe["method"], recipe["parameters"]), Blend.of(recipe["blend"])
     told, names = _fields(recipe, given), [(str(e["sha256"]), e.get("name", ""))[1] for e in recipe["exemplars"]]
     (width, height), times = recipe["size"], told.get("magnify", given.magnify)
     if not names:

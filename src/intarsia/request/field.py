@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from ..foundation import OVERLAYS, InputError, channels_of
+from ..foundation import InputError, channels_of
 from ..foundation.run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
@@ -178,19 +178,15 @@ class Scale(Kind):
 
 
 class Place(Kind):
-    """A pixel as X,Y; gives (x, y)."""
+    """A pixel of an endless plane as X,Y, a negative or huge one, too; gives (x, y)."""
 
-    shown, one, such_as = "X,Y", "[0-9]{1,10}", "the pixel's column and row such as 120,80"
+    shown = "X,Y"
 
     def read(self, text: str) -> Any:
-        if not re.fullmatch(f"{self.one},{self.one}", text):
-            raise ValueError(f"{text} is no place; give {self.such_as}.")
+        if not re.fullmatch("-?[0-9]{1,13},-?[0-9]{1,13}", text):
+            raise ValueError(f"{text} is no place; give column and row such as -4096,1000000.")
         x, y = text.split(",")
         return int(x), int(y)
-
-
-ENDLESS = Place(one="-?[0-9]{1,13}", such_as="column and row such as -4096,1000000")
-"""A pixel of an endless plane, a negative or huge one, too."""
 
 
 class Colour(Kind):
@@ -252,20 +248,6 @@ class NamedFile(Kind):
         return name, path
 
 
-class Overlay(NamedFile):
-    """FILE, or KIND=FILE; gives the pair."""
-
-    shown = "[KIND=]FILE"
-
-    def read(self, text: str) -> Any:
-        kind, equals, path = File().read(text).partition("=")
-        if not equals or not kind.isalpha():
-            return "lattice", text
-        if kind not in OVERLAYS:
-            raise ValueError(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.")
-        return kind, path
-
-
 class Channels(Kind):
     """R=NAME,G=NAME,...; gives the text."""
 
@@ -290,13 +272,6 @@ class NamedNumber(Kind):
         if not name or not 0 <= value <= self.most:
             raise ValueError(f"{text} is not {self.shown}; give {self.remedy}.")
         return name, value
-
-
-class Pair(Kind):
-    """Two values behind one option."""
-
-    name = "written"
-    kinds: tuple[Kind, Kind] = (Place(), File())
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from ..foundation import (
     FEATHER,
     MOST_PASSES,
     MOST_TRIALS,
-    OVERLAYS,
     PLANE_WEIGHTS,
     REACHES,
     TIMES,
@@ -23,7 +22,6 @@ from ..foundation import (
 from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
-    ENDLESS,
     FLAG,
     Channels,
     Colour,
@@ -32,8 +30,7 @@ from .field import (
     NamedFile,
     NamedNumber,
     Number,
-    Overlay,
-    Pair,
+    Place,
     Rectangle,
     Scale,
     Seed,
@@ -149,7 +146,7 @@ class Options:
         "render",
     )  # fmt: skip
     origin: tuple[int, int] = option(
-        ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
+        Place(), "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
         "weave", default=(0, 0),
     )  # fmt: skip
     edge: int = option(
@@ -166,10 +163,9 @@ class Options:
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "weave": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
-                "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
-                "a .png, or another picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: "
-                "NAME_woven.tif in the working folder.",
+            "weave": "OUT.zarr, OUT.tif, or OUT.png. A .zarr goes on where it was stopped, all else begins anew; a "
+                ".tif is a tiled BigTIFF; a .png, or another picture, must fit into memory. Further planes lie beside "
+                "it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
         },
     )  # fmt: skip
     size: tuple[int, int] | None = option(
@@ -183,15 +179,6 @@ class Options:
                 "help": "Size in px, as large as the disk allows. One number is a square.",
             },
         },
-    )  # fmt: skip
-    overlays: tuple[tuple[str, str], ...] = option(
-        Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
-        "analyze", "many",
-    )  # fmt: skip
-    best_tile: str | None = option(
-        WRITTEN, "--best-tile",
-        "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
-        "analyze",
     )  # fmt: skip
     wrap: str | None = option(
         one_of(*(w.value for w in Wrap)), "--wrap",
@@ -211,49 +198,27 @@ class Options:
         recipe="depth",
     )  # fmt: skip
     force: bool = option(
-        FLAG, "--force", "Replace files that exist.", EVERY, "local",
-        otherwise={"weave": "Begin anew where another texture or picture lies."},
+        FLAG, "--force", "Replace files that exist.", EVERY - {"analyze"}, "local",
+        otherwise={"weave": "Replace files that exist; a .zarr is never replaced."},
     )  # fmt: skip
     page: str | None = option(
-        WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
-        "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
+        WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; with {stem} "
+        "or {seed} in its name of several outputs.",
         PLANNED | {"replay", "score"}, "without_effect", shown="FILE.html",
         otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
     preview: str | None = option(
-        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", "tile", "without_effect",
-    )  # fmt: skip
-    tiles: int = option(
-        Whole(low=1, high=16), "--preview-tiles",
-        "How often the preview repeats it along each axis that continues. Default: 3.",
-        "tile", "rare without_effect", 3,
-    )  # fmt: skip
-    offset: str | None = option(
-        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", "tile", "rare without_effect",
-    )  # fmt: skip
-    layers: bool = option(
-        FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
+        WRITTEN, "--preview", "Write the result repeated. 3 times along each axis that continues, to look at.", "tile",
+        "without_effect",
     )  # fmt: skip
     save_map: str | None = option(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
         PLANNED | {"replay"}, "rare without_effect", shown="FILE.npz",
     )  # fmt: skip
-    st_map: str | None = option(
-        WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
-        PLANNED | {"replay"}, "rare without_effect", shown="FILE.exr",
-    )  # fmt: skip
-    distance_map: tuple[tuple[int, int], str] | None = option(
-        Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
-        "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
-        PLANNED | {"replay"}, "rare without_effect", shown="X,Y FILE",
-    )  # fmt: skip
     chunk: int | None = option(
         Whole(low=16, high=8192), "--chunk",
-        "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
+        "Side of the chunks of a zarr array, or of the tiles of a TIFF. Default: 512.",
         "weave", "rare", shown="PX",
-    )  # fmt: skip
-    keep: bool = option(
-        FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare without_effect",
     )  # fmt: skip
 
     method: str = option(
@@ -301,8 +266,8 @@ class Options:
         METHOD_VERBS, "rare local without_effect",
     )  # fmt: skip
     mixing: str | None = option(
-        one_of("mean", "variance", "source"), "--mixing",
-        "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
+        one_of("mean", "source"), "--mixing",
+        "How pieces mix within the feather: in linear light, or as stored.",
         "grow extend paint weave render", "rare", recipe="blend.mixing",
         otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
@@ -372,9 +337,8 @@ class Options:
         otherwise={
             "render": {"shown": "MAP.npz", "required": True},
             "score": {
-                "flags": ("--map",), "shown": "FILE.npz|recipe",
-                "help": "The map that was saved with --save-map. It tells what seams cost, and a report of its "
-                "pieces; \"recipe\" makes it again, from the recipe that OUTPUT carries.",
+                "flags": ("--map",), "shown": "FILE.npz",
+                "help": "The map that was saved with --save-map. It tells what seams cost, and a report of its pieces.",
             },
         },
     )  # fmt: skip
@@ -440,12 +404,8 @@ class Options:
     )  # fmt: skip
     gates: tuple[tuple[str, float], ...] = option(
         NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5"),
-        "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
-        "1, see `intarsia score`; once for each.",
-        PLANNED | {"replay", "score"}, "many without_effect",
-        otherwise={
-            "score": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
-        },
+        "--gate", "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
+        "score", "many without_effect",
     )  # fmt: skip
     as_json: bool = option(
         FLAG, "--json", "Print the result as a JSON object.", EVERY, "local without_effect",
@@ -456,10 +416,7 @@ class Options:
     )  # fmt: skip
     quiet: bool = option(
         FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local without_effect",
-        otherwise={
-            "analyze": "Print nothing; only write the pictures.",
-            "score": "Print nothing; the exit code tells of the gates.",
-        },
+        otherwise={"score": "Print nothing; the exit code tells of the gates."},
     )  # fmt: skip
     sheet: str | None = option(
         WRITTEN, "--sheet", "A contact sheet of all that is made.", PLANNED, "rare without_effect", shown="FILE.png",
@@ -467,11 +424,6 @@ class Options:
     threads: int | None = option(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
         EVERY - {"analyze", "score"}, "rare local without_effect",
-    )  # fmt: skip
-    executor: str | None = option(
-        one_of("threads", "processes"), "--executor",
-        "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
-        "weave", "rare local",
     )  # fmt: skip
     progress: str | None = option(
         one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},

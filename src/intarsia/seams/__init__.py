@@ -21,9 +21,8 @@ from ..analysis.features import features, transformed
 from ..foundation.arrays import Array, Int16, Pair
 from ..foundation.geometry import Box
 from ..kernels.cuts import STEEPEST
-from ..kernels.maps import HOLE, NEAR, J
 from ..model import Exemplars
-from ..model.sourcemap import SourceMap
+from ..model.sourcemap import BESIDE, SourceMap
 from ..patches.patch_synthesis import seam_threshold
 
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the inverse of each of the eight isometries, by their numbers
@@ -92,21 +91,14 @@ def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tu
 
 def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: Looks) -> Seam:
     """Return the seams of a band of rows from `first` on; `size` excludes the extra row and column."""
-    this, that = ((np.s_[:-1, : size[1]], np.s_[1:, : size[1]]), (np.s_[: size[0], :-1], np.s_[: size[0], 1:]))[axis]
-    which, pose = band.numbers, band.turns
-    broken = (which[this] != which[that]) | (pose[this] != pose[that])
-    j = J[:, axis::2][np.minimum(pose, 7)] if band.frame is None else band.frame[:, :, :, axis].astype(np.float64)
-    for k in range(2):
-        at = band.yx[:, :, k] if band.sub is None else band.yx[:, :, k] + band.sub[:, :, k].astype(np.float64)
-        ahead, mean = at[that] - at[this], j[:, :, k]
-        broken |= (ahead != mean[this]) if band.exact else np.abs(ahead - (mean[this] + mean[that]) / 2) > NEAR
-    broken &= (which[this] != HOLE) & (which[that] != HOLE)
-    y, x = np.nonzero(broken)
-    steps, ends = np.rint(j).astype(np.int32), []
+    (this, that), known = BESIDE[axis], ~band.holes
+    y, x = np.nonzero((band.parted(axis) & known[this] & known[that])[: size[0], : size[1]])
+    which, pose, steps, ends = band.numbers, band.turns, band.steps(axis), []
     for side, way in ((this, 1), (that, -1)):
         yx, number, turn = band.yx[side][y, x], which[side][y, x], pose[side][y, x]
         own, _ = _read(yx, number, turn, exemplars, looks)
-        on, there = _read(yx + way * steps[side][y, x], number, turn, exemplars, looks)
+        step = np.rint(steps[side][y, x]).astype(np.int32)
+        on, there = _read(yx + way * step, number, turn, exemplars, looks)
         ends.append((own, np.where(there[:, None], on, own)))
     (here, over), (there, back) = ends
     return Seam(first + y, x, here, over, back, there)

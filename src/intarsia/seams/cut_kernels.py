@@ -76,24 +76,15 @@ def read_window(
 def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid: Any) -> Any:
     """Return the joints of :func:`read_window` and write their costs; `shown` (3, h, w): variants, rows, columns."""
     h, w = old.shape
-    apart, counts, total = np.zeros((2, h, w), np.uint8), np.zeros((2, h), np.int64), 0
+    joints, number = np.empty((2 * h * w, 5), np.int32), 0
     for k in range(2):
         down, right = np.int32(k * step), np.int32(step - k * step)
         for i in range(h - k):
-            v, row, column, out = shown[0, i], shown[1, i], shown[2, i], apart[k, i]
+            v, row, column = shown[0, i], shown[1, i], shown[2, i]
             u, y, x = shown[0, i + k][1 - k :], shown[1, i + k][1 - k :], shown[2, i + k][1 - k :]
-            count = 0
-            for j in range(np.uint64(w - 1 + k)):
+            for j in range(w - 1 + k):
                 leaps = (y[j] - row[j] != down) | (x[j] - column[j] != right) | price.gradient
-                out[j] = (v[j] != u[j]) | ((v[j] != HOLE) & leaps)
-                count += out[j]
-            counts[k, i] = count
-            total += count
-    joints, number = np.empty((total, 5), np.int32), 0
-    for k in range(2):
-        for i in range(h):
-            for j in range(w if counts[k, i] else 0):
-                if apart[k, i, j]:
+                if (v[j] != u[j]) | ((v[j] != HOLE) & leaps):
                     m, n = i + k, j + 1 - k
                     here, there = np.int64(old[i, j]), np.int64(old[m, n])
                     on = beyond(pieces, shown[:, i, j], (k * step, step - k * step), here)
@@ -103,7 +94,7 @@ def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid:
                     joint = joints[number]
                     joint[0], joint[1], joint[2], joint[3], joint[4] = i, j, k, on, back
                     number += 1
-    return joints
+    return joints[:number]
 
 
 @kernel

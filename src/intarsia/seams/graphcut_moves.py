@@ -1,7 +1,7 @@
 """The local search over a map: batches of disjoint windows are searched and cut in parallel, then written in turn.
 
 All windows of a batch are searched and cut against the map as it was before the batch; the cuts are then written one
-after the other, where the constraint still allows them. Therefore the result does not depend on the number of threads.
+after the other. Therefore the result does not depend on the number of threads.
 
 The cut accounts for the cost of seams placed earlier, so a patch may also replace pixels around its window (Kwatra,
 Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4). Departure: in the paper patches
@@ -50,8 +50,7 @@ class Move:
 def apply_moves(work: Move, wave: Mapping[Any, Any], run: Run, tick: Callable[[int], None]) -> list[Cut]:
     """Apply a batch of moves; return the cuts that were written.
 
-    A cut is written unless :meth:`Move.best` returns None or the constraint forbids it by now. `tick` is called with
-    the number of sites done.
+    A cut is written unless :meth:`Move.best` returns None. `tick` is called with the number of sites done.
     """
     sites, cuts, laid = list(wave.values()), list[Cut | None](), list[Cut]()
     for begin in range(0, len(sites), AT_ONCE):
@@ -63,7 +62,7 @@ def apply_moves(work: Move, wave: Mapping[Any, Any], run: Run, tick: Callable[[i
     for key, cut in zip(wave, cuts, strict=True):
         if cut is None:
             work.give_up(key)
-        elif work.sewn.pays(cut):
+        else:
             work.sewn.write(cut)
             laid.append(cut)
     with run.pool() as each:

@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
-from ..analysis.features import features
 from ..foundation import ParameterError
 from ..foundation.geometry import UNIT
 from ..foundation.params import AUTO, extent
@@ -17,17 +14,14 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages, decided
+from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Stages, decided
 from ..search import LEAST, free_patch
 from .graphcut_moves import expand, fill
 from .graphcut_textures import GraphcutMap, GraphcutSettings
 from .lattice_alignment import SLACK, STRAIGHT
-from .occurrence_kernels import SHARE
-from .occurrences import usage_of
 
 STAGE = 2403  # keeps this method's draws apart from those of others
 SMALLER = 70  # % of the side of the largest patches, without a lattice or start map; 100 and 50 were judged worse
-FINE = 1024  # rates of use are reported in 1/FINE of the threshold of the seam cost
 TOLERANCE = 0.1  # under a guide: a patch is drawn among those that cost at most 10 % more than the best
 
 
@@ -99,25 +93,11 @@ def stitch_of(method: Graphcut) -> GraphcutSettings:
     return GraphcutSettings(method.repeat_penalty, method.seam, method.overreach or 0, *_steps(method), method.evenness)
 
 
-def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
-    """Return the usage term of the energy, ``use``, in thresholds per million px; nothing without `evenness`.
-
-    An exemplar pixel that occurs n times costs its rate times n (n - 1) / 2 + n c, where c is its initial count
-    (:func:`.occurrences.border_counts`).
-    """
-    if not method.evenness:
-        return {}
-    shown = np.concatenate([counts.ravel() for counts in smap.usage()])
-    feats, area = features(exemplars, method.channel_weights, method.edge_weight), smap.height * smap.width
-    rate, first = usage_of(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
-    return {"use": int((rate * shown * (shown - 1 + 2 * first)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
-
-
 def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
     """Return the parameters of windows, patch and overlap being set; `usage`: price of repeats under a guide."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.edge_weight,
-        isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
+        isometries=method.isometries, usage=usage, rim=max(overlap),
         boundaries=Boundaries.of(method.footprint, None, method.isometries, None),
     )  # fmt: skip

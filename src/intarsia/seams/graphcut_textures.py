@@ -46,7 +46,7 @@ from .softmax_sampling import boltzmann_weights, weighted_sample
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-Constraint = Callable[[Box, Pick], Array]  # returns which pixels of a box must not change; see `repair.Constraints`
+Constraint = Callable[[Box, Pick], Array]  # returns which pixels of a box must not change; see `repair.keeping_guide`
 
 
 NEARBY = 512  # px, or twice the longest exemplar side if more: side of the area in which repeats count in full
@@ -276,8 +276,8 @@ class GraphcutMap:
     def priced(self, box: Box, found: Candidates) -> Array:
         """Return the cost of each candidate for a window: its distance plus the price of repeats."""
         rows, shown = found.rows, np.empty(len(found.rows), np.int64)
-        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
+        look, turns = self.look(box), self.variants.turns
+        placement_kernels.repeats(self.grown, self.pieces, turns, look, box, rows, self.once, shown)
         for v, counts in enumerate(self.told.counts):
             mine = rows[:, 1] == v
             y, x = np.minimum(rows[mine, 2:] // self._search.factor, np.subtract(counts.shape, 1)).T
@@ -430,13 +430,6 @@ class GraphcutMap:
     def index(self, box: Box) -> Any:
         """Return the NumPy index of the pixels of a box, which may reach over borders that wrap."""
         return index_of(*box[:2], box[2:], self.variant.shape)
-
-    def pays(self, cut: Cut) -> bool:
-        """Return whether the constraint still allows all pixels that a cut takes.
-
-        A patch written since may forbid some, for instance by a copy of them that is too near. Costs are not tested.
-        """
-        return self.constraint is None or not (self.constraint(cut.box, cut.pick) & (cut.take > 0)).any()
 
     def write(self, cut: Cut) -> None:
         """Write a cut into the map and count it; :meth:`note` then updates its seam costs."""

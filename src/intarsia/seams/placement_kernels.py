@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ..foundation.arrays import Int32, Int64, Pair
+from ..foundation.arrays import Pair
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
 ONE = 256  # the unit of repeats: every pixel of a window is repeated once
 NEAR = 3  # additional weight of a repeat at the middle of the window; falls linearly to 0 at `reach_of` px
-CELL = 16  # px: samples of the map are sorted by exemplar cells of this side; affects speed only
 
 
 class Look(NamedTuple):
@@ -34,63 +31,13 @@ def posed_place(turn: Any, y: int, x: int) -> Pair:
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 
 
-class Samples(NamedTuple):
-    """Sampled pixels of the canvas, sorted by the cell, of CELL x CELL px of a variant, that they show."""
-
-    at: Int32  # (n, 4): row and column on the canvas, row and column in the variant
-    begin: Int64  # (cells + 1,): the first sample of each cell
-    cells: Int64  # (V, 3): of each variant the first cell, and the number of rows and columns of cells
-    step: int  # px between samples
-
-
-@kernel
-def samples_of(grown: Any, table: Any, look: Any) -> Any:
-    """Sample the canvas from the middle of the first step on, sorted by the exemplar cell shown (counting sort)."""
-    (variant, yx, _), (height, width), step = grown, grown.variant.shape, look.step
-    at = np.empty((-(-look.rows // step) * -(-look.columns // step), 4), np.int32)
-    cells, total = np.zeros((len(table), 3), np.int64), 0
-    for v in range(len(table)):
-        cells[v, 0], cells[v, 1], cells[v, 2] = total, -(-table[v, 1] // CELL), -(-table[v, 2] // CELL)
-        total += cells[v, 1] * cells[v, 2]
-    begin = np.zeros(total + 1, np.int64)
-    for place in range(2):  # first count the samples of each cell, then write them
-        for a in range(step // 2, look.rows, step):
-            y = (look.y + a) % height
-            for b in range(step // 2, look.columns, step):
-                x = (look.x + b) % width
-                v = variant[y, x]
-                if v == HOLE:
-                    continue
-                cell = cells[v, 0] + yx[y, x, 0] // CELL * cells[v, 2] + yx[y, x, 1] // CELL
-                if place == 0:
-                    begin[cell] += 1
-                    continue
-                begin[cell] -= 1
-                k = begin[cell]
-                at[k, 0], at[k, 1], at[k, 2], at[k, 3] = y, x, yx[y, x, 0], yx[y, x, 1]
-        if place == 0:
-            begin[:] = np.cumsum(begin)
-    return Samples(at, begin, cells, step)
-
-
-@kernel
-def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> bool:
-    """Return whether a cell overlaps `count` px from `first` on, along one axis; on a torus modulo `length`."""
-    begin = cell * CELL
-    if torus:
-        return (begin - first) % length < count or (first - begin) % length < CELL
-    return begin < first + count and begin + CELL > first
-
-
 def reach_of(rows: int, columns: int) -> int:
     """Return how far from the middle of a window a repeat counts more, px: 1.5 times its longer side."""
     return 3 * max(rows, columns) // 2 + 1
 
 
 @kernel
-def repeats(
-    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, once: int, out: Any
-) -> None:
+def repeats(grown: Any, pieces: Any, turns: Any, look: Any, box: Any, rows: Any, once: int, out: Any) -> None:
     """Write for each candidate its weighted repeats of pixels around the window into `out`; ONE = all of it, once.
 
     A repeat is a sampled canvas pixel whose exemplar pixel the candidate would show in the window. At the middle of the
@@ -104,8 +51,8 @@ def repeats(
         The map, and the posed exemplars (:class:`.energy_kernels.Pieces`).
     turns : (V, V, 7)
         As ``PosedExemplars.turns``.
-    samples : Samples
-        Of the map as it is.
+    look : Look
+        Where the canvas is sampled, from the middle of the first step on.
     box : (4,)
         First row and column of the window, its rows and columns.
     rows : (n, 4)
@@ -114,46 +61,38 @@ def repeats(
         What one occurrence anywhere in the map counts.
     out : (n,) int64
     """
-    (variant, _, wrap), table, torus = grown, pieces.table, pieces.torus
+    (variant, yx, wrap), table, torus, step = grown, pieces.table, pieces.torus, look.step
     (height, width), h, w = variant.shape, box[2], box[3]
-    at, begin, cells, step = samples
     reach = 3 * max(h, w) // 2 + 1
-    for k in range(len(rows)):
-        u, row, column, total = rows[k, 1], rows[k, 2], rows[k, 3], 0
-        for v in range(len(cells)):
-            if u != v and not turns[v, u, 6]:
-                continue
-            p, q, r, s = row, column, row + h - 1, column + w - 1  # opposite corners, as they lie in the variant
-            if u != v:
-                (p, q), (r, s) = posed_place(turns[u, v], p, q), posed_place(turns[u, v], r, s)
-            p, r, q, s = min(p, r), abs(p - r) + 1, min(q, s), abs(q - s) + 1
-            for a in range(cells[v, 1]):
-                if not _touches(a, p, r, table[v, 1], torus[v]):
-                    continue
-                for b in range(cells[v, 2]):
-                    if not _touches(b, q, s, table[v, 2], torus[v]):
+    out[:] = 0
+    for a in range(step // 2, look.rows, step):
+        y = (look.y + a) % height
+        dy = y - (box[0] + h // 2)
+        if wrap[0]:
+            dy = (dy + height // 2) % height - height // 2
+        for b in range(step // 2, look.columns, step):
+            x = (look.x + b) % width
+            v, dx = variant[y, x], x - (box[1] + w // 2)
+            if wrap[1]:
+                dx = (dx + width // 2) % width - width // 2
+            near = max(reach - max(abs(dy), abs(dx)), 0)
+            for k in range(len(rows) if v != HOLE else 0):
+                u, i, j = rows[k, 1], int(yx[y, x, 0]), int(yx[y, x, 1])
+                if u != v:
+                    if not turns[v, u, 6]:
                         continue
-                    cell = cells[v, 0] + a * cells[v, 2] + b
-                    for n in range(begin[cell], begin[cell + 1]):
-                        i, j = int(at[n, 2]), int(at[n, 3])
-                        if u != v:
-                            i, j = posed_place(turns[v, u], i, j)
-                        i, j = i - row, j - column
-                        if torus[u]:
-                            i, j = i % table[u, 1], j % table[u, 2]
-                        if not (0 <= i < h and 0 <= j < w):
-                            continue
-                        dy, dx = at[n, 0] - (box[0] + h // 2), at[n, 1] - (box[1] + w // 2)
-                        if wrap[0]:
-                            dy = (dy + height // 2) % height - height // 2
-                        if wrap[1]:
-                            dx = (dx + width // 2) % width - width // 2
-                        if u == v and i == dy + h // 2 and j == dx + w // 2:
-                            total -= once  # the candidate continues the canvas here
-                            continue
-                        far = max(abs(dy), abs(dx))
-                        total += NEAR * ONE * (reach - far) // reach if far < reach else 0
-        out[k] = total * step * step // (h * w)
+                    i, j = posed_place(turns[v, u], i, j)
+                i, j = i - rows[k, 2], j - rows[k, 3]
+                if torus[u]:
+                    i, j = i % table[u, 1], j % table[u, 2]
+                if not (0 <= i < h and 0 <= j < w):
+                    continue
+                if u == v and i == dy + h // 2 and j == dx + w // 2:
+                    out[k] -= once  # the candidate continues the canvas here
+                else:
+                    out[k] += NEAR * ONE * near // reach
+    for k in range(len(rows)):
+        out[k] = out[k] * step * step // (h * w)
 
 
 @kernel

@@ -25,12 +25,12 @@ from ..foundation.params import Poses, Weights
 from ..foundation.run import Run
 from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
-from ..model.sourcemap import HOLE, SourceMap
+from ..model.sourcemap import SourceMap
 from ..patches import Pick, index_of, picked
 from ..patches.patch_synthesis import PatchSettings, PatchSynthesis
 from ..search import Candidates
 from .graphcut_moves import Move, apply_moves, expand
-from .graphcut_textures import TRIES, Box, Cut, GraphcutMap, GraphcutSettings
+from .graphcut_textures import TRIES, Box, Constraint, Cut, GraphcutMap, GraphcutSettings
 from .worst_seams import WorstSeams
 
 
@@ -46,8 +46,6 @@ class Repair:
         How many times the worst seams are found and refined, at most.
     weights, isometries
         As the parameters of the methods: channel weights, isometries of new patches.
-    distance : int
-        New patches place no exemplar pixel nearer than this to another copy of it, px; 0: no such rule.
     grown : int
         Number of rounds of expansion moves after the passes.
     structure : float
@@ -58,7 +56,6 @@ class Repair:
     passes: int
     weights: Weights = None
     isometries: Poses = "none"
-    distance: int = 0
     grown: int = 0
     structure: float = 1.0
 
@@ -92,79 +89,34 @@ def repaired(
     return Repaired(work.growth.map(smap.blend), before, work.sewn.total, patches)
 
 
-class Constraints:
-    """A function that returns which pixels of a box must not be taken from a patch.
+def keeping_guide(growth: PatchSynthesis, guide: Guide) -> Constraint:
+    """Return the constraint that the map stays where a patch would differ more from the guide."""
+    work, variants = growth.growing, growth.variants
 
-    Parameters
-    ----------
-    growth : PatchSynthesis
-        The map, and the exemplars, features and windows that it is made from.
-    guide : Guide, optional
-        Where a patch differs more from it than the map does, the map stays.
-    distance : int
-        Where a patch would show an exemplar pixel nearer than so many px to another copy of it, the map stays; 0:
-        no such rule.
-    """
-
-    def __init__(self, growth: PatchSynthesis, guide: Guide | None, distance: int) -> None:
-        self.work, self.variants = growth.growing, growth.variants
-        self.distance, self.guide = distance, guide
-        self.side = int(self.variants.table[:, 1:3].max())
-
-    def __call__(self, box: Box, pick: Pick) -> Array:
-        """Return (rows, columns) bool: True where patch `pick`, placed at the box's first pixel, may not be taken."""
-        size = self.variants.table[pick[0], 1:3]
-        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
-        yx = (yx % size).astype(np.int32)  # pixels beyond an exemplar that is not toroidal are never taken
-        yx, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
-        barred = np.zeros(box[2:], bool)
-        if self.guide is not None:
-            here = index_of(*box[:2], box[2:], self.work.variant.shape)
-            old = self.variants.to_exemplars(self.work.yx[here], self.work.variant[here])
-            barred |= self._off(yx, which, here) > self._off(old[0], old[1], here)
-        if self.distance:
-            barred |= self._too_near(box, yx, which)
-        return barred
-
-    def _off(self, yx: Array, which: Array, here: Any) -> Array:
+    def off(yx: Array, which: Array, here: Any) -> Array:
         """Return the difference of pixels from the guide: 0 or 1 with labels, else summed over channels."""
-        assert self.guide is not None
-        target = self.guide.target.samples[here]
+        target = guide.target.samples[here]
         out = np.zeros(which.shape, np.float64)
-        for number, plane in enumerate(self.guide.sources):
+        for number, plane in enumerate(guide.sources):
             mine = which == number
             there = plane.samples[yx[mine, 0], yx[mine, 1]]
-            if self.guide.is_labels:
+            if guide.is_labels:
                 out[mine] = (there != target[mine]).any(axis=1)
             else:
                 out[mine] = np.abs(there.astype(np.float64) - target[mine]).sum(axis=1)
         return out
 
-    def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
-        """Return where another occurrence of the same exemplar pixel would be nearer than `distance` px (Euclidean)."""
-        around, shape = [], self.work.variant.shape
-        for at, n, length, wrap in zip(box[:2], box[2:], shape, self.work.wraps, strict=True):
-            along = np.arange(at - self.distance + 1, at + n + self.distance - 1)
-            around.append(along if wrap else along[(along >= 0) & (along < length)])
-        index = np.ix_(*(along % length for along, length in zip(around, shape, strict=True)))
-        there, others, _ = self.variants.to_exemplars(self.work.yx[index], self.work.variant[index])
-        mine, known = self._keys(yx, which).ravel(), self._keys(there, others).ravel()
-        order = np.argsort(known, kind="stable")
-        begin, end = (np.searchsorted(known[order], mine, side) for side in ("left", "right"))
-        counts = end - begin
-        p = np.repeat(np.arange(len(mine)), counts)  # every pair of a pixel of the patch and a copy on the canvas
-        q = order[np.arange(len(p)) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)]
-        far = np.zeros(len(p), np.int64)
-        for along, at, i, k in zip(around, box, np.divmod(p, box[3]), np.divmod(q, len(around[1])), strict=False):
-            far += (along[k] - at - i) ** 2
-        out = np.zeros(len(mine), bool)
-        out[p[(far > 0) & (far < self.distance**2)]] = True
-        return out.reshape(which.shape)
+    def barred(box: Box, pick: Pick) -> Array:
+        """Return (rows, columns) bool: True where patch `pick`, placed at the box's first pixel, may not be taken."""
+        size = variants.table[pick[0], 1:3]
+        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
+        yx = (yx % size).astype(np.int32)  # pixels beyond an exemplar that is not toroidal are never taken
+        yx, which, _ = variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
+        here = index_of(*box[:2], box[2:], work.variant.shape)
+        old, old_which, _ = variants.to_exemplars(work.yx[here], work.variant[here])
+        return np.asarray(off(yx, which, here) > off(old, old_which, here))
 
-    def _keys(self, yx: Array, which: Array) -> Array:
-        """Return one number for every exemplar pixel, -1 for holes."""
-        keys = (which.astype(np.int64) * self.side + yx[..., 0]) * self.side + yx[..., 1]
-        return np.where(which == HOLE, -1, keys)
+    return barred
 
 
 REACH = 6  # a patch may replace pixels up to 1 / REACH of its shorter side around its window
@@ -188,7 +140,7 @@ class SeamRefinement(Move):
     """A finished map under repair.
 
     Pixels that the map still shows as `canvas.start` does stay; under `canvas.guide` no pixel is replaced by one that
-    differs more from the guide. No new patch places an exemplar pixel nearer to a copy of it than `repair.distance`.
+    differs more from the guide.
     """
 
     def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
@@ -199,7 +151,7 @@ class SeamRefinement(Move):
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = PatchSynthesis(settings, exemplars, whole)
         self.growth.growing.locked[:] = from_start(canvas.start, smap)
-        bar = Constraints(self.growth, canvas.guide, repair.distance) if canvas.guide or repair.distance else None
+        bar = keeping_guide(self.growth, canvas.guide) if canvas.guide else None
         stitch = GraphcutSettings(seam="sharp", margin=min(repair.patch) // REACH)
         super().__init__(GraphcutMap(self.growth, stitch, bar))
         self.worst = WorstSeams(self.sewn.prices, self.growth.layout.patch, self.sewn.wraps)

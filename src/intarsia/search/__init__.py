@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 
@@ -106,16 +106,16 @@ class PosedExemplars:
 
     @cached_property
     def frames(self) -> Int64:
-        """Transforms of the variants to their exemplars: (V, 9).
+        """Transforms of the variants to their exemplars: (V, 7).
 
-        Columns: exemplar; row and column of its pixel at (0, 0) of the variant; the 2 x 2 matrix J by rows; rows and
-        columns of the variant if toroidal, else 0. Pixel p of the variant is the exemplar's (0, 0) pixel plus J p.
+        Columns: exemplar; row and column of its pixel at (0, 0) of the variant; the 2 x 2 matrix J by rows. Pixel p of
+        the variant is the exemplar's (0, 0) pixel plus J p.
         """
         rows = []
         for v, (_, *size, _) in enumerate(self.table.tolist()):
             iso = ISOMETRIES[self.pose[v]]
             start = iso.start(*(size[::-1] if iso.swaps else size))
-            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1], *(size if self.toroidal[v] else (0, 0))])
+            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1]])
         return np.array(rows, np.int64)
 
     def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
@@ -258,22 +258,19 @@ class Candidates:
 
     A distance is the sum of squared feature differences over the known pixels. ``usual``: about its 5 % quantile over
     the positions of the first variant searched (:func:`.fourier_kernels.patch_distances`); ``feats`` (h, w, C),
-    ``known`` (h, w): what the window holds; ``free``: nothing is known in it yet, so any patch fits; ``permitted``: all
-    rows keep the least distance of repeats.
+    ``known`` (h, w): what the window holds. There are no rows where nothing is known yet, so that any patch fits.
     """
 
     rows: Int64
     usual: int
     feats: Array
     known: Array
-    free: bool = False
-    permitted: bool = False
 
     @classmethod
     def of_all(cls, rows: Array, counts: Array, usual: Sequence[int], feats: Array, known: Array) -> list[Candidates]:
         """Return the candidates of n windows: the first `counts` (n,) of `rows` (n, K, 4), -1: any fits."""
         each = enumerate(zip(counts.tolist(), usual, strict=True))
-        return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
+        return [cls(rows[k, : max(c, 0)], u, feats[k], known[k]) for k, (c, u) in each]
 
 
 def nearest(rows: Array) -> Array:
@@ -289,10 +286,6 @@ class Reduced:
     slots: Array  # (n,): which of m masks of known cells is that of the window
     squares: list[Array]  # of each variant (m, rows, columns): its sum of squares under each mask, at each position
     spectra: dict[Pair, Array]  # conjugate spectra of the windows, padded to each shape of a transform
-
-    def only(self, which: Any) -> Reduced:
-        """Return some of the windows, by a NumPy index; ``spectra`` remain those of all windows."""
-        return replace(self, energies=self.energies[which], slots=self.slots[which])
 
     def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
         """Return correlations with variant `v`, `values` (n, rows, columns), and what is needed for distances."""

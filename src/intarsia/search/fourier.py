@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -148,11 +148,6 @@ class PatchSearch:
         fourier_kernels.coarse(picture[None], known, self.factor, self.mean, self.axes, self.clip, out, masks)
         return np.asarray(out[0])
 
-    @property
-    def unpriced(self) -> Prices:
-        """Prices of 0."""
-        return Prices([np.zeros(v.shape, np.int32) for v in self.valid], 0)
-
     def batch(self) -> int:
         """Return how many windows are best searched at a time."""
         size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)
@@ -160,35 +155,10 @@ class PatchSearch:
 
     def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a map under synthesis."""
-        return self.search(*self.variants.windows(grown, at, self.patch), prices)
-
-    def search(
-        self, feats: Array, known: Array, prices: Prices, among: Callable[[int, Array], Array | None] | None = None
-    ) -> list[Candidates]:
-        """Return the candidates for windows that hold `feats` (n, h, w, C) int16 where `known` (n, h, w) uint8 is 1.
-
-        `among` is called with the index of each window and its candidates (n, 4). If it returns a mask of patches, a
-        flat uint8 table like ``flat_valid``, the candidates are the best of these patches instead.
-        """
-        n, reduced = len(feats), self.reduce(feats, known)
+        feats, known = self.variants.windows(grown, at, self.patch)
+        reduced, usual = self.reduce(feats, known), np.full(len(at), -1, np.int64)
         correlations = {v: self.correlations(v, reduced) for v, valid in enumerate(self.valid) if valid.size}
-        usual = np.full(n, -1, np.int64)
-        found = self._ranked(feats, known, reduced, correlations, prices, usual)
-        for k in range(n) if among else ():
-            table = among(k, found[k].rows) if among and not found[k].free else None
-            if table is not None:
-                one = slice(k, k + 1)
-                some = {v: c[one] for v, c in correlations.items()}
-                narrow = self.within([table[b : b + h * w].reshape(h, w) for b, h, w in self.offsets.tolist()])
-                found[k : k + 1] = narrow._ranked(feats[one], known[one], reduced.only(one), some, prices, usual[one])
-        return found
-
-    def _ranked(
-        self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Array], prices: Prices,
-        usual: Array,
-    ) -> list[Candidates]:  # fmt: skip
-        """Return candidates: positions short-listed by their correlations, refined and measured exactly."""
-        best, counts, _ = self.short_list(reduced, correlations, prices, usual)
+        best, counts, _ = self.short_list(reduced, correlations, prices, usual)  # refined and measured exactly below
         found, posed = np.empty_like(best), self.variants.posed
         among = fourier_kernels.Among(self.flat_valid, self.offsets)
         fourier_kernels.refine(feats, known, posed, among, best, counts, self.factor, found)

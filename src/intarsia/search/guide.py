@@ -13,7 +13,7 @@ import numpy as np
 
 from ..analysis import running_sums, valid_windows, window_sums
 from ..analysis.elements import element_size
-from ..analysis.features import as_integers, features, robust_range, transformed
+from ..analysis.features import RANGE, as_integers, channel_shares, features, robust_range, transformed
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import Wrap
@@ -21,7 +21,7 @@ from ..foundation.params import extent
 from ..kernels.maps import PartialMap
 from ..model import Exemplar, Exemplars
 from ..model.canvas import MAX_LABELS, Guide
-from ..model.image import Plane
+from ..model.image import Kind, Plane
 from . import (
     LARGEST_SHARE,
     LEAST,
@@ -34,7 +34,6 @@ from . import (
     fourier_kernels,
     patch_for_element,
 )
-from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import FAR
 
@@ -158,9 +157,12 @@ class GuidedSearch:
 def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:
     """Return the squared difference of one pixel that differs by the full range in every channel of the base plane.
 
-    Channels are weighted as in the search. Other planes are not included.
+    Channels are weighted as in the search. Other planes are not included. The range is that of the exemplar, as
+    features are normalised to it.
     """
-    return round(full_scale(exemplar, weights))
+    base = exemplar.base
+    shares = [1.0] if base.kind is Kind.LABEL else channel_shares(base, weights, base.channels)
+    return round(RANGE**2 * sum(shares))
 
 
 ONE = 1020  # value of a guide channel where its label is present, and the full range of a target picture
@@ -327,16 +329,14 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
 
 
 def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list[int]:
-    names = guide.names
-    if not guide.is_labels:
-        return []
-    missing = set(range(len(names)))
-    for e, source in zip(exemplars, guide.sources, strict=True):
-        ids = _padded(numbered_labels(source, names), e.toroidal, patch)
-        held = label_sets(ids, patch)
-        held = held[valid_windows(ids.shape, e.usable, e.toroidal, patch)]
-        missing -= {k for k in missing if bool((held == 1 << k).any())}
-    return [names[k] for k in sorted(missing)]
+    every = [(e, numbered_labels(source, guide.names)) for e, source in zip(exemplars, guide.sources, strict=True)]
+
+    def there(k: int, e: Exemplar, ids: Array) -> bool:
+        mine = (ids == k) & e.free
+        beyond = [n + (side - 1) * e.toroidal for n, side in zip(mine.shape, patch, strict=True)]
+        return bool(valid_windows(tuple(beyond), mine, e.toroidal, patch).any())
+
+    return [name for k, name in enumerate(guide.names) if not any(there(k, *one) for one in every)]
 
 
 def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:

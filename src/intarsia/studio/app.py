@@ -153,7 +153,7 @@ class Studio:
         return FileResponse(self.store.place("results", result["id"]) / file, filename=file, headers=KEPT)
 
     async def origins(self, request: Request, result: Row) -> Response:
-        width, height, data = await self.showing.origins(result, box_of(request))
+        width, height, data = await self.showing.origins(result, box_of(request) or [0, 0, SIDE, SIDE])
         headers = KEPT | {"X-Size": f"{width}x{height}"}
         return Response(data, media_type="application/octet-stream", headers=headers)
 

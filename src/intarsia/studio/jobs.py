@@ -14,13 +14,14 @@ from starlette.exceptions import HTTPException
 
 from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
-from .requests import LIMITS, Words, plain, result_of, words_of
+from .requests import LIMITS, Words, result_of, words_of
 from .store import OPEN, Events, Row, Store, digest
 
 PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)
 """Methods that take minutes where others take seconds: their jobs start when no other waits, and delay none."""
 
+TRIAL = ("--size=512", "--output=out.png", "--json")  # options of growing an exemplar before a job comes
 CANCELLED = 130  # exit code
 LOOKING = "the exemplar is looked at"
 PATIENCE = 3.0  # s after which a worker that does not stop is killed
@@ -200,7 +201,8 @@ class Jobs:
         self._to_prepare, self._preparing = None, name
         try:
             with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
-                await self.worker.ask("prepare", words=Words(self.store).exemplar(name), folder=str(folder))
+                words = ["grow", *Words(self.store).exemplar(name), *TRIAL]
+                await self.worker.ask("command", words=words, folder=str(folder))
                 self._prepared.append(name)
         finally:
             self._preparing = None
@@ -224,7 +226,7 @@ class Jobs:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
             stopped = name in self._cancelled or code == CANCELLED
-            line = plain(words.cleaned(line.replace(f"{self.store.folder}{os.sep}", "")))
+            line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
             del self._running[name]

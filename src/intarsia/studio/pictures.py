@@ -14,7 +14,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
-from .requests import MAP, words_of
+from .requests import MAP
 from .store import Row, Store
 from .uploads import Uploads
 
@@ -122,7 +122,7 @@ class Showing:
             given |= {"words": words, "picture": str(place / row["pictures"][0])}
         return await self._drawn(self.beside, "view", **given)
 
-    async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
+    async def origins(self, row: Row, box: list[int]) -> tuple[int, int, bytes]:
         """Return width and height of a map, and where each pixel of a box comes from."""
         path = self.store.place("results", row["id"]) / MAP
         if not path.is_file():
@@ -136,12 +136,11 @@ class Showing:
             raise InputError("this result cannot be judged.")
 
         async def draw() -> bytes:
-            called, place = words_of(row, self.store), self.store.place("results", row["id"])
+            place = self.store.place("results", row["id"])
             with self.store.under_way("results") as folder:
                 words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
                 await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
-                text: str = called.cleaned((folder / REPORT).read_text(encoding="utf-8"))
-                return text.encode()
+                return (folder / REPORT).read_bytes()
 
         return await self.pictures.get(("report", row["id"]), draw)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -201,11 +200,6 @@ def _text(option: Row, value: Any) -> str:
         except ValueError:
             raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
     return text
-
-
-def plain(line: str) -> str:
-    """Return an error of the command with the option named as in a job."""
-    return re.sub(r"^Invalid value for '--([a-z-]+)'[^:]*", lambda found: found[1].replace("-", "_"), line)
 
 
 def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Path]) -> Row:

@@ -1,6 +1,6 @@
 """The studio's folder: files named by content with a JSON note beside each, and a table of rows in SQLite.
 
-What is removed can be restored for a while. Listeners get an event for every change.
+What is removed can be restored until the studio ends. Listeners get an event for every change.
 """
 
 from __future__ import annotations
@@ -43,7 +43,6 @@ TOLD = ".told.json"
 
 OPEN = ("queued", "running")
 
-WHILE = 60.0  # s to restore: the page offers it for ten, and again for all when another thing is removed
 MOST = 1000  # events queued for a listener; one that is further behind is disconnected
 BREATH = 10.0  # s without an event after which a comment keeps the connection alive
 
@@ -276,7 +275,7 @@ def digest(files: Iterable[Path], *more: str) -> str:
 
 
 class Bin:
-    """Removed jobs with their results, and removed exemplars."""
+    """Removed jobs with their results, and removed exemplars; they can be restored until the studio ends."""
 
     def __init__(self, store: Store, events: Events) -> None:
         self.store, self.events = store, events
@@ -289,38 +288,28 @@ class Bin:
         under_way = [job["exemplars"] for job in self.store.all("jobs") if job["state"] in OPEN]
         if kind == "exemplars" and any(name in names for names in under_way):
             raise HTTPException(409, "a job with this exemplar is under way; cancel it first.")
-        gone = self.store.put(kind, row | {"gone": time.time()})
+        self.store.put(kind, row | {"gone": time.time()})
         self.events.tell("gone", {kind[:-1]: name})
-        asyncio.get_running_loop().call_later(WHILE, self._forget, kind, gone)
 
     def back(self, kind: str, name: str) -> Row:
         """Restore what was removed."""
         row = self.store.get(kind, name, gone=True)
         if row is None:
-            raise HTTPException(404, f"no such {kind[:-1]} was taken away a moment ago.")
+            raise HTTPException(404, f"no such {kind[:-1]} was taken away.")
         del row["gone"]
         self.events.tell(kind[:-1], row)
         return self.store.put(kind, row)
 
     def empty(self) -> None:
-        """Delete all that is removed."""
-        for kind in ("jobs", "exemplars"):
-            for row in self.store.all(kind, gone=True):
-                self._forget(kind, row)
-
-    def _forget(self, kind: str, row: Row) -> None:
-        """Delete the files, and a job's result unless another job has the same; the row last."""
-        name = row["id"]
-        if self.store.get(kind, name, gone=True) != row:  # it was restored, and perhaps removed again
-            return
-        if kind == "exemplars":
-            self.store.drop(kind, name)
-            self.store.drop_row("found", name)
-            return
-        others = [j for gone in (False, True) for j in self.store.all("jobs", gone) if j["id"] != name]
-        if row["result"] is not None and all(other["result"] != row["result"] for other in others):
-            self.store.drop("results", row["result"])
-        self.store.drop_row("jobs", name)
+        """Delete all that is removed: first the files, of a result unless another job has the same, then the row."""
+        kept = {job["result"] for job in self.store.all("jobs")}
+        for job in self.store.all("jobs", gone=True):
+            if job["result"] is not None and job["result"] not in kept:
+                self.store.drop("results", job["result"])
+            self.store.drop_row("jobs", job["id"])
+        for exemplar in self.store.all("exemplars", gone=True):
+            self.store.drop("exemplars", exemplar["id"])
+            self.store.drop_row("found", exemplar["id"])
 
 
 class Events:

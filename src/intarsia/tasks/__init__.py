@@ -1,28 +1,23 @@
-"""Tasks beyond plain synthesis: hole filling, extension, tiling, repair, advection, analysis; and replay of recipes.
+"""Tasks beyond plain synthesis: hole filling, extension, tiling, repair, advection, analysis.
 
-This module turns a request and its exemplars into scene, plan and synthesis, and recomputes a map from a recipe.
+This module turns a request and its exemplars into scene, plan and synthesis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..disk.atomic import PathLike
-from ..files import read_recipe
-from ..foundation import InputError, MethodError, ParameterError, lazy, printable
+from ..foundation import ParameterError, lazy
 from ..foundation.arrays import Pair
 from ..foundation.geometry import Wrap
-from ..foundation.run import Run, run_of
+from ..foundation.run import Run
 from ..model import Exemplars
 from ..model.canvas import Guide
-from ..model.image import Plane, Transfer, converted
 from ..model.sourcemap import SourceMap
-from ..request import Request, from_recipe
+from ..request import Request
 from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned
 
 if TYPE_CHECKING:
@@ -30,12 +25,6 @@ if TYPE_CHECKING:
 else:  # rarely needed
     completion, repair = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.repair")
     tileable = lazy("intarsia.tasks.tileable")
-
-BESIDE = {
-    "heal": "a mask of holes", "guide": "labels", "start": "a map to continue", "origin": "a loom",
-    "advected": "a flow",
-}  # fmt: skip
-"""Key in a recipe -> the input besides the exemplars that it names, of which the recipe holds only a hash."""
 
 
 def small_of(size: Pair, times: int) -> Pair:
@@ -100,52 +89,3 @@ def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
     if request.verb == "heal":
         return completion.fill_holes(plan, seed, run, request.edge)
     return carry_out(plan, seed, run)
-
-
-def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = None) -> Synthesis:
-    """Recompute a synthesis, extension or tiling from its recipe and its exemplars; the map is the same.
-
-    Raises InputError if the recipe is damaged or of other exemplars, or if it needs an input that it does not hold
-    (BESIDE): a mask of holes, labels or a target, a start map, the origin of a window, a flow.
-    """
-    run, begun = run_of(run), "extend" in recipe or "tile" in recipe
-    for word, what in BESIDE.items():
-        if word in recipe and not (begun and word == "start"):
-            raise InputError(f"it was made with {what}, which its recipe does not hold.")
-    request = from_recipe(recipe, Request("replay", magnify=exemplars[0].times), "its recipe")
-    try:
-        scene = scene_of(request, exemplars)
-        if [entry["sha256"] for entry in recipe["exemplars"]] != [e.digest for e in scene.exemplars]:
-            said = f"; it was made with --{', --'.join(recipe['inputs'])}" if recipe.get("inputs") else ""
-            raise InputError(f"its recipe is of another exemplar{said}.")
-        made = made_of(request, plan_of(request, scene), request.seeds[0], run)
-        return repair.repair(made, request.repair, run=run) if "repair" in recipe else made
-    except (ParameterError, MethodError) as e:
-        raise InputError(f"its recipe cannot be followed: {e}") from None
-
-
-def recipe_map(path: PathLike, output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
-    """Return the map of a picture, recomputed from the recipe in its file, if that gives exactly these pixels.
-
-    Raises InputError with the reason if it cannot be recomputed.
-    """
-    try:
-        recipe = read_recipe(path)
-        if recipe is None:
-            raise InputError("it carries no recipe.")
-        if recipe.get("size") != [output.width, output.height]:
-            raise InputError("its recipe is of another size.")
-        made = replayed(recipe, exemplars, run)
-        if not _same(made.render(run=run), output):
-            raise InputError("its recipe, made again, gives other pixels.")
-    except InputError as e:
-        raise InputError(f"{printable(path)}: no map can be made again: {e}") from None
-    return made.map
-
-
-def _same(made: Plane, output: Plane) -> bool:
-    """Whether a picture equals these pixels, converted to its depth."""
-    if made.samples.shape != output.samples.shape:
-        return False
-    linear = made.transfer is Transfer.LINEAR
-    return np.array_equal(converted(made.samples, made.kind.value, linear, output.samples.dtype), output.samples)

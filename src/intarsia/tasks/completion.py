@@ -91,14 +91,8 @@ def extended(sources: Sequence[Source], number: int, margins: Margins) -> Source
     return replace(old, yx=yx, which=which)
 
 
-def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
-    """Return a map with holes where `hole` (H, W) is True; InputError if its size is not that of the map."""
-    holes = marks(hole, "the hole's mask")
-    if holes.shape != smap.shape:
-        raise InputError(
-            f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, the map {smap.width}x{smap.height}; "
-            "make them equal."
-        )
+def with_hole(smap: SourceMap, holes: Mask) -> SourceMap:
+    """Return a map with holes where a mask (H, W) of its size is True."""
     empty: Record = {"yx": 0, "pose": 0, "frame": UPRIGHT, "sub": np.float32(0), "which": HOLE}
     parts = smap.arrays | {"which": smap.numbers}
     for name, part in parts.items():

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from PIL import Image, ImageDraw
 
 from .. import files
 from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair, UInt8
 from ..foundation.geometry import UNIT, Wrap
-from ..judging import OFTEN, Circle, Overused, local_join_costs, overused_places, usage_of
+from ..judging import local_join_costs
 from ..lattice.decision import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
 from ..regular.block_grid import phase_of
-from ..rendering.blending import averaged
 from ..segments import Segments, segments
 from .scoring import Outcome
 
@@ -30,23 +30,20 @@ def colours(words: str) -> Pixels:
     return np.frombuffer(bytes.fromhex(words), np.uint8).reshape(-1, 3)
 
 
-PAPER = 128  # gray value, of 255, under transparent pixels and between exemplars
-YELLOW, CYAN, MAGENTA, WHITE = colours("ffe100 00e1ff ff5ae6 ffffff")
+PAPER = "#808080"  # under transparent pixels and between exemplars
+YELLOW, CYAN, WHITE, DARK = "#ffe100", "#00e1ff", "#ffffff", "#303030"
 
-CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a lattice line, of its dark outline; radius of a point
-SHADE = 0.6  # opacity of the outline of a line
+THIN, BROAD, POINT = 2, 4, 3  # px: width of a lattice line, and of its dark outline; radius of a point
 
 GROUPS = colours("56b4e9 009e73 cc79a7 0072b2 e69f00 785ef0 808080")
 CHOSEN, LINE, FAINT_LINE = colours("d55e00 ffff5a 141414")
 GROUND = 40  # gray value, of 255, of unusable pixels
 
-THUMBNAIL, GAP, SHEET = 256, 8, 64  # contact sheet: side of its pictures and gap between them, px; its gray value
+THUMBNAIL, GAP, SHEET = 256, 8, "#404040"  # contact sheet: side of its pictures and gap between them, px; its ground
 
 LARGE, BESIDE = 1024, 768  # px: longest side of the output in a report, and of its other pictures
 SMALL = 256  # px: outputs up to this size are repeated three times along each closed axis, others twice
 APART = 12  # px between exemplars
-RINGS = YELLOW, CYAN, MAGENTA
-RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of its dark outline
 FULL = 2.0  # cost of joins that is drawn fully red, relative to the bad anchor of the part joins
 MANY = 6.0  # use of a pixel, relative to the mean, that is drawn white
 PALE = 0.45  # contrast, 0 to 1, of the gray picture under the cost of joins
@@ -61,22 +58,16 @@ TINTS = colours("5682a8 c4945c 6e9e78 b06668 8878ac ccb878 5c98a0 a08876 786c60 
 
 def to_rgb(plane: Plane) -> Pixels:
     """Return a plane as 8-bit RGB (H, W, 3) for display, transparent pixels over gray."""
-    seen = files.preview(plane)
-    pixels = seen.samples
-    if seen.alpha:
-        opacity = pixels[:, :, -1:].astype(np.uint32)
-        pixels = ((pixels[:, :, :-1] * opacity + PAPER * (255 - opacity) + 127) // 255).astype(np.uint8)
-    return np.ascontiguousarray(pixels[:, :, :3] if pixels.shape[2] >= 3 else pixels[:, :, [0, 0, 0]])
+    seen = Image.fromarray(files.preview(plane).pixels).convert("RGBA")
+    paper = Image.new("RGBA", seen.size, PAPER)
+    return np.asarray(Image.alpha_composite(paper, seen).convert("RGB"))
 
 
 def thumbnail(plane: Plane, most: int) -> Pixels:
-    """Return a plane as 8-bit RGB (h, w, 3) of at most `most` px a side, averaged in square blocks."""
-    seen = files.preview(plane)
-    n = min(-(-max(seen.shape) // most), *seen.shape)
-    if n > 1:
-        height, width = (side - side % n for side in seen.shape)
-        seen = seen.like(averaged(seen.like(seen.samples[:height, :width]), n))
-    return np.ascontiguousarray(to_rgb(seen)[:most, :most])
+    """Return a plane as 8-bit RGB (h, w, 3), reduced to at most `most` px a side."""
+    picture = Image.fromarray(to_rgb(plane))
+    picture.thumbnail((most, most))
+    return np.asarray(picture)
 
 
 def borders(numbers: Array) -> Mask:
@@ -99,8 +90,8 @@ def ramp(scale: tuple[Sequence[float], Pixels], value: Array) -> Array:
 
 def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
     """Return numbers of cells (rows, columns) enlarged to a picture by bilinear interpolation."""
-    times = [n / m for n, m in zip(shape[:2], cells.shape, strict=True)]
-    return np.asarray(ndimage.zoom(cells.astype(np.float32), times, order=1, mode="nearest", grid_mode=True))
+    picture = Image.fromarray(cells.astype(np.float32))
+    return np.asarray(picture.resize((shape[1], shape[0]), Image.Resampling.BILINEAR))
 
 
 def pieces(numbers: Array, step: int) -> Pixels:
@@ -113,12 +104,6 @@ def pieces(numbers: Array, step: int) -> Pixels:
     return out
 
 
-def _lined(picture: Array, distance: Array, colour: Array, core: float, rim: float, shade: float) -> Array:
-    """Return a picture with an antialiased line at distance 0 px: a dark outline under the colour."""
-    dark, line = shade * np.clip(rim - distance, 0, 1)[..., None], np.clip(core + 0.5 - distance, 0, 1)[..., None]
-    return picture * (1 - dark) * (1 - line) + colour * line
-
-
 # Overlays on an exemplar
 
 
@@ -128,37 +113,30 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
     The lines run where methods cut blocks of whole periods. Yellow lines run along the second vector, cyan ones along
     the first; the lines of a 1-D lattice, all yellow, are perpendicular to its vector.
     """
-    picture: Array = to_rgb(exemplar.base)
-    cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
-    phase = phase_of(features([exemplar]).pictures[0], cell)
-    y, x = np.mgrid[: exemplar.height, : exemplar.width] + 0.5 - np.reshape(phase, (2, 1, 1))
-    for distance, colour in _marks(y, x, cell):
-        picture = _lined(picture, distance, colour, CORE, EDGE + 0.5, SHADE)
-    return Plane(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
+    picture = Image.fromarray(to_rgb(exemplar.base))
+    draw = ImageDraw.Draw(picture)
+    first, *other = np.array(lattice.vectors) / UNIT
+    second = other[0] if other else np.array((-first[1], first[0]))
+    cell = (lattice.vectors[0], lattice.vectors[1] if other else None)
+    origin = np.array(phase_of(features([exemplar]).pictures[0], cell)) - 0.5  # the middle of a pixel is a whole number
+    corners = np.array([(y, x) for y in (0, exemplar.height) for x in (0, exemplar.width)]) - origin
+    numbers = corners @ np.linalg.inv((first, second))  # the corners in the basis of the lattice
+    low, high = np.floor(numbers.min(axis=0)).astype(int) - 1, np.ceil(numbers.max(axis=0)).astype(int) + 1
 
+    def at(a: float, b: float) -> tuple[float, float]:
+        y, x = origin + a * first + b * second
+        return x, y
 
-def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Array]]:
-    """Yield the distance of every place (y, x), in px, to each set of lines and to the points of a lattice; its colour.
-
-    `cell`: the lattice vectors (rows, columns) in 1/256 px, the second None for a 1-D lattice.
-    """
-    p, q = np.array(cell[0]) / UNIT
-    if cell[1] is None:
-        yield _off((y * p + x * q) / np.hypot(p, q) ** 2) * np.hypot(p, q), YELLOW
-        return
-    r, s = np.array(cell[1]) / UNIT
-    area = p * s - q * r
-    first, second = (y * s - x * r) / area, (x * p - y * q) / area
-    yield _off(first) * abs(area) / np.hypot(r, s), YELLOW
-    yield _off(second) * abs(area) / np.hypot(p, q), CYAN
-    a, b = first - np.floor(first), second - np.floor(second)
-    corners = [np.hypot((a - i) * p + (b - j) * r, (a - i) * q + (b - j) * s) for i in (0, 1) for j in (0, 1)]
-    yield np.maximum(np.min(corners, axis=0) - POINT, 0.0), WHITE
-
-
-def _off(share: Array) -> Array:
-    """Return the distance of numbers to the nearest integer."""
-    return np.asarray(np.abs(share - np.rint(share)))
+    lines = [(at(n, low[1]), at(n, high[1]), YELLOW) for n in range(low[0], high[0] + 1)]
+    lines += [(at(low[0], n), at(high[0], n), CYAN) for n in range(low[1], high[1] + 1) if other]
+    for begin, end, _ in lines:
+        draw.line((begin, end), DARK, BROAD)
+    for begin, end, colour in lines:
+        draw.line((begin, end), colour, THIN)
+    if other:
+        for a, b in np.ndindex(*(high - low + 1)):
+            draw.circle(at(low[0] + a, low[1] + b), POINT, WHITE)
+    return Plane(np.asarray(picture))
 
 
 def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels:
@@ -196,12 +174,13 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
 def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
     """Return small pictures arranged in rows, in their order."""
     columns = math.ceil(math.sqrt(len(pictures)))
+    rows = math.ceil(len(pictures) / columns)
     high, wide = (max(p.shape[axis] for p in pictures) + GAP for axis in (0, 1))
-    out = np.full((-(-len(pictures) // columns) * high + GAP, columns * wide + GAP, 3), SHEET, np.uint8)
+    sheet = Image.new("RGB", (columns * wide + GAP, rows * high + GAP), SHEET)
     for number, picture in enumerate(pictures):
-        y, x = (GAP + n * step for n, step in zip(divmod(number, columns), (high, wide), strict=True))
-        out[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
-    return Plane(out)
+        row, column = divmod(number, columns)
+        sheet.paste(Image.fromarray(picture), (column * wide + GAP, row * high + GAP))
+    return Plane(np.asarray(sheet))
 
 
 # Pictures of a report
@@ -217,113 +196,74 @@ class ReportPicture(NamedTuple):
 
 
 def pictures_of(outcome: Outcome) -> list[ReportPicture]:
-    """Return all pictures of a report; those of the exemplars come last."""
-    size = outcome.output.shape
-    often = overused_places(outcome.judged, outcome.sizes, size)
-    whole, beside = thumbnail(outcome.output, LARGE), thumbnail(outcome.output, BESIDE)
-    shown = [thumbnail(e.base, BESIDE) for e in outcome.exemplars]
+    """Return all pictures of a report: of the output first, then of the exemplars."""
+    size, smap = outcome.output.shape, outcome.map
+    whole, shown = thumbnail(outcome.output, LARGE), [thumbnail(e.base, BESIDE) for e in outcome.exemplars]
     what = f"{size[1]} x {size[0]} px" + (", shown smaller" if max(size) > LARGE else "")
     out = [ReportPicture("output", "The output", what, whole)]
     if outcome.wrap is not Wrap.NONE:
         out.append(_repeated(whole, outcome.wrap, size))
-    out += [_joins(outcome, beside, size), _too_often(beside, size, often)]
-    if outcome.map is not None:
-        numbers = outcome.map.pieces()
+    out.append(_joins(outcome, size))
+    if smap is not None:
+        numbers = smap.pieces()
         count, drawn = int(numbers.max()) + 1, pieces(numbers, -(-max(numbers.shape) // BESIDE))
         said = f"{count} piece{'s' * (count > 1)}, each a part of an exemplar that goes on unbroken"
         out.append(ReportPicture("pieces", "The pieces", said, drawn))
     names = ", ".join(f"{e.name}, {e.width} x {e.height} px" for e in outcome.exemplars)
     out.append(ReportPicture("exemplar", "The exemplar" + "s" * (len(shown) > 1), names, _in_a_row(shown)))
-    out.append(_usage(outcome, shown))
-    if often:
-        rings = [
-            _ringed(p, e.width, [(RINGS[n], [o.place]) for n, o in enumerate(often) if o.number == k])
-            for k, (p, e) in enumerate(zip(shown, outcome.exemplars, strict=True))
-        ]
-        said = "The places that the rings in the output show"
-        out.append(ReportPicture("sources", "What is shown too often", said, _in_a_row(rings)))
+    if smap is not None:
+        out.append(_usage(outcome, smap.usage(), shown))
     return out
 
 
 def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
     """Return pictures side by side."""
-    high = max(len(p) for p in pictures)
-    parts = [np.pad(p, ((0, high - len(p)), (0, APART), (0, 0)), constant_values=PAPER) for p in pictures]
-    return np.concatenate(parts, axis=1)[:, :-APART]
+    size = sum(p.shape[1] + APART for p in pictures) - APART, max(len(p) for p in pictures)
+    row, left = Image.new("RGB", size, PAPER), 0
+    for picture in pictures:
+        row.paste(Image.fromarray(picture), (left, 0))
+        left += picture.shape[1] + APART
+    return np.asarray(row)
 
 
 def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> ReportPicture:
     times = 3 if max(size) <= SMALL else 2
     down, across = (times if closed else 1 for closed in wrap.closed)
-    n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
-    if min(picture.shape[:2]) >= n > 1:
-        picture = thumbnail(Plane(picture), -(-max(picture.shape[:2]) // n))
-    said = "How it continues in itself"
-    return ReportPicture("repeat", f"Repeated {across} x {down}", said, np.tile(picture, (down, across, 1)))
+    many = thumbnail(Plane(np.tile(picture, (down, across, 1))), LARGE)
+    return ReportPicture("repeat", f"Repeated {across} x {down}", "How it continues in itself", many)
 
 
-def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """Return the local cost of joins of an output of `size`, enlarged to `shape`: position on HEAT, and opacity.
+def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> Array:
+    """Return the local cost of joins of an output of `size`, enlarged to `shape`: 0 to 1, the position on HEAT.
 
-    Both are 0 to 1; FULL times the bad anchor of the part joins is 1.
+    FULL times the bad anchor of the part joins is 1.
     """
     cost, worst = local_join_costs(outcome.judged, size), outcome.score.parts["joins"]
-    over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
-    return over, over**0.6
+    return np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
 
 
-def _joins(outcome: Outcome, picture: Pixels, size: Pair) -> ReportPicture:
-    over, opaque = heat(outcome, size, picture.shape)
+def _joins(outcome: Outcome, size: Pair) -> ReportPicture:
+    picture = thumbnail(outcome.output, BESIDE)
+    over = heat(outcome, size, picture.shape)
+    opaque = over[..., None] ** 0.6
     gray = picture.astype(np.float32).mean(axis=2, keepdims=True)
     pale = PALE * gray + (1 - PALE) * 226
-    pixels = pale * (1 - opaque[..., None]) + ramp(HEAT, over) * opaque[..., None]
+    pixels = pale * (1 - opaque) + ramp(HEAT, over) * opaque
     said = "The redder, the more changes where another piece of the exemplar begins"
     return ReportPicture("joins", "Where joins cost", said, pixels.astype(np.uint8))
 
 
-def _too_often(picture: Pixels, size: Pair, often: Sequence[Overused]) -> ReportPicture:
-    if not often:
-        said = f"No place of the exemplar is shown {OFTEN:g} times as often as the mean"
-        return ReportPicture("often", "Nothing is shown too often", said, picture)
-    parts = [f"{len(o.occurrences)} times the same place, {o.times:.1f} times the mean" for o in often]
-    pixels = _ringed(picture, size[1], [(RINGS[n], o.occurrences) for n, o in enumerate(often)])
-    return ReportPicture("often", "Shown too often", "; ".join(parts), pixels)
-
-
-def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Circle]]]) -> Pixels:
-    """Return a picture with rings around circles, which are given in px of a picture of `width` px."""
-    out, scale = picture.copy(), picture.shape[1] / width
-    for colour, spots in reversed(rings):
-        for spot in spots:
-            y, x, radius = spot.y * scale, spot.x * scale, max(spot.radius * scale, 4.0)
-            far = radius + RIM + 1
-            top, left = max(0, int(y - far)), max(0, int(x - far))
-            part = out[top : max(0, int(y + far) + 2), left : max(0, int(x + far) + 2)]
-            rows, columns = np.ogrid[top : top + part.shape[0], left : left + part.shape[1]]
-            off = np.abs(np.hypot(rows + 0.5 - y, columns + 0.5 - x) - radius)
-            part[:] = _lined(part, off, colour, RING, RIM, 0.75)
-    return out
-
-
-def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> ReportPicture:
-    said, smap = f"Dark is not shown, red as often as the mean, white {MANY:.0f} times as often or more", outcome.map
-    n = outcome.times
-    if smap is not None and [(s.height * n, s.width * n) for s in smap.sources] == outcome.sizes:
-        counts: list[Any] = list(smap.usage())
-        free = [None if e.usable is None else e.usable[::n, ::n] for e in outcome.exemplars]
-        pixels = sum(c.size if u is None else int(u.sum()) for c, u in zip(counts, free, strict=True))
-        mean = sum(int(c.sum()) for c in counts) / max(pixels, 1)
-        often = [c / max(mean, 1e-9) for c in counts]
-    else:
-        often = usage_of(outcome.judged, outcome.sizes)
-        said += "; as far as windows tell, without the map"
+def _usage(outcome: Outcome, counts: Sequence[Array], shown: Sequence[Pixels]) -> ReportPicture:
+    usable = sum(int(e.free.sum()) for e in outcome.exemplars) / outcome.times**2
+    mean = sum(int(c.sum()) for c in counts) / max(usable, 1)
     parts = []
-    for picture, share, e in zip(shown, often, outcome.exemplars, strict=True):
+    for picture, count, e in zip(shown, counts, outcome.exemplars, strict=True):
         light = 0.6 + 0.4 * picture.astype(np.float32).mean(axis=2, keepdims=True) / 255
-        drawn = (usage_colours(_fitted(share, picture.shape)) * light).astype(np.uint8)
+        drawn = (usage_colours(_fitted(count, picture.shape) / mean) * light).astype(np.uint8)
         if e.usable is not None:
-            drawn[~_fitted(e.usable, picture.shape)] = PAPER
+            drawn[~_fitted(e.usable, picture.shape)] = colours(PAPER[1:])
         parts.append(drawn)
+    said = f"Dark is not shown, red as often as the mean, white {MANY:.0f} times as often or more"
     return ReportPicture("usage", "How often it is shown", said, _in_a_row(parts))
 
 

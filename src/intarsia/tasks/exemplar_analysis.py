@@ -28,15 +28,15 @@ from ..lattice.decision import Lattice, Lattices
 from ..methods import make
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.image import Kind, Plane
+from ..model.image import Plane
 from ..model.sourcemap import SourceMap
 from ..regular.rectify import Rectification
-from ..regular.tile_search import BAND, Tiling, periods_along, read_offsets
+from ..regular.tile_search import BAND, Tiling, periods_along
 from ..rendering.render import render
 from ..segments import Segments, segments
 from ..synthesis import ExemplarLike, as_exemplars
 
-CELLS = 8  # most periods in a rectangular tile; if it needs more, the tile is one parallelogram
+CELLS = 8  # most periods in a tile; oblique lattices need more for a rectangle
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class TilePicture:
-    """The best tile as pictures: a rectangle of whole periods that tiles the plane, or one period, a parallelogram.
+    """The best tile as pictures: a rectangle of whole periods that can be repeated side by side.
 
     Attributes
     ----------
@@ -74,15 +74,12 @@ class TilePicture:
         Its origin in the exemplar, px.
     cost : int
         Sum of squared differences between its opposite borders, in feature units.
-    rectangular : bool
-        True if the pictures can be repeated side by side; else colours are transparent around the parallelogram.
     planes : dict of str to Plane
         One picture for every plane of the exemplar, packed maps as one.
     """
 
     corner: Pair
     cost: int
-    rectangular: bool
     planes: dict[str, Plane]
 
 
@@ -151,23 +148,22 @@ class Analysis:
         )
 
     def best_tile(self, band: int = BAND) -> TilePicture:
-        """Return the period whose opposite borders, `band` px wide, differ least.
+        """Return the rectangle of whole periods around the period whose opposite borders, `band` px wide, differ least.
 
-        Raises MethodError if there is no lattice, ParameterError if `band` is not 1 to 256.
+        Raises MethodError if there is no lattice or such rectangle, ParameterError if `band` is not 1 to 256.
         """
         lattice = vectors_of(self.found_lattice("best tile"))
         make("best-tile", {"lattice": lattice, "band": band})  # raises if they are out of range
         tiling = Tiling.of(lattice, None, band, self.exemplar)
         box = _rectangle(tiling, self.exemplar)
+        if box is None:
+            wanted = f"no rectangle of at most {CELLS} periods of {self.exemplar.name} repeats"
+            raise MethodError(f"{wanted}; grow it with method best-tile.")
         y, x = tiling.tile.anchor
-        if box is not None:
-            yx = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
-            return TilePicture((x, y), tiling.tile.cost, True, _drawn(self.exemplar, yx, Wrap.BOTH))
-        inside, (above, before) = read_offsets(tiling.vectors)
-        yx = np.moveaxis(np.indices(inside.shape, np.int32), 0, 2) + np.array((y - above, x - before), np.int32)
-        yx = np.where(inside[..., None], yx, np.array((y, x), np.int32))
-        planes = _drawn(self.exemplar, yx, Wrap.NONE)
-        return TilePicture((x, y), tiling.tile.cost, False, {n: _cut_out(p, inside) for n, p in planes.items()})
+        yx = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
+        smap, drawn = SourceMap(yx, None, None, (self.exemplar.source,), Wrap.BOTH, Blend(0)), (self.exemplar,)
+        planes = {name: render(drawn, smap, name, Blend(0), None, Run()) for name in self.exemplar.pictures}
+        return TilePicture((x, y), tiling.tile.cost, planes)
 
     def as_dict(self) -> Record:
         """Return the results for JSON: sizes and vectors x before y, in px."""
@@ -181,7 +177,6 @@ class Analysis:
             "feature_size": self.elements.size,
             "elements": {
                 "size": [self.elements.width, self.elements.height],
-                "directions": len(self.elements.directions),
                 "found": self.elements.found,
             },
             "segments": _grouped(self.segments),
@@ -257,8 +252,6 @@ def _grouped(found: Segments) -> Record:
         "zone": found.zone,
         "rule": found.rule.value,
         "why": found.why,
-        "scale": None if found.scale is None else [round(n, 3) for n in found.scale],
-        **_rounded(found, energy=4, support=4),
     }
 
 
@@ -280,20 +273,3 @@ def _rectangle(tiling: Tiling, exemplar: Exemplar) -> Pair | None:
     height, width = found[0][0][2], found[1][0][2]
     (p, q), (r, s) = tiling.vectors
     return (height, width) if height * width * UNIT**2 <= (CELLS + 0.5) * abs(p * s - q * r) else None
-
-
-def _drawn(exemplar: Exemplar, yx: Any, wrap: Wrap) -> dict[str, Plane]:
-    smap = SourceMap(yx, None, None, (exemplar.source,), wrap, Blend(0))
-    return {name: render((exemplar,), smap, name, Blend(0), None, Run()) for name in exemplar.pictures}
-
-
-def _cut_out(plane: Plane, inside: Any) -> Plane:
-    """Return a colour plane made transparent outside of the tile; other kinds are returned unchanged."""
-    if plane.kind is not Kind.COLOUR or plane.shape != inside.shape:
-        return plane
-    top = 1.0 if plane.is_float else np.iinfo(plane.pixels.dtype).max
-    opaque = np.where(inside, plane.samples[..., -1] if plane.alpha else top, 0).astype(plane.pixels.dtype)
-    colours = plane.samples[..., : plane.channels - plane.alpha]
-    if colours.shape[2] not in (1, 3):
-        return plane
-    return Plane(np.dstack([colours, opaque]), plane.kind, plane.transfer, plane.meta)

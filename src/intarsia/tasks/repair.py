@@ -118,4 +118,4 @@ def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> r
             valid_windows(e.shape, e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
         ):
             rows = columns = max(rows // 2, LEAST_PATCH)
-    return repairs.Repair((rows, columns), passes, its.channel_weights, its.isometries, its.min_repeat_distance)
+    return repairs.Repair((rows, columns), passes, its.channel_weights, its.isometries)

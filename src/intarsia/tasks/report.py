@@ -12,7 +12,6 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -20,7 +19,7 @@ from ..files.png import encode_png
 from ..foundation import InputError, expect, legible
 from ..judging import PartScore, Score
 from ..synthesis import Synthesis
-from .drawings import Pixels, ReportPicture, pictures_of, thumbnail
+from .drawings import Pixels, ReportPicture, pictures_of
 from .scoring import Outcome
 
 STYLE = """
@@ -36,7 +35,6 @@ body { margin: 0 auto; max-width: 1440px; padding: var(--s4) var(--s3) var(--s5)
 h1, h2, p, figure, dl, dd { margin: 0; font-weight: 400; }
 h1 { font-size: var(--t3); overflow-wrap: anywhere; }
 h2 { font-size: var(--t3); margin: var(--s5) 0 var(--s3); overflow-wrap: anywhere; }
-.card h2 { margin: 0; }
 small, figcaption, .quiet { font-size: var(--t1); color: var(--quiet); }
 header { display: flex; flex-wrap: wrap; gap: var(--s3) var(--s4); align-items: flex-end; margin-bottom: var(--s4); }
 header > div { flex: 1 1 20rem; }
@@ -44,7 +42,7 @@ header > div { flex: 1 1 20rem; }
 .missed { border-left: var(--s1) solid var(--bad); padding: var(--s2) var(--s3); margin-bottom: var(--s4); }
 .pictures { display: grid; gap: var(--s4) var(--s3);
   grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); }
-.pictures img, .card img { display: block; width: 100%; height: auto; background: var(--track); }
+.pictures img { display: block; width: 100%; height: auto; background: var(--track); }
 .small img { image-rendering: pixelated; }
 figcaption { padding-top: var(--s2); }
 figcaption b { display: block; font-weight: 600; color: var(--ink); font-size: var(--t2); }
@@ -60,11 +58,9 @@ dt { color: var(--quiet); } dd { overflow-wrap: anywhere; }
 pre { margin: var(--s3) 0; padding: var(--s3); background: var(--track); font-size: var(--t1); white-space: pre-wrap;
   overflow-wrap: anywhere; }
 summary { cursor: pointer; padding: var(--s2) 0; }
-.card { display: grid; grid-template-columns: minmax(10rem, 24rem) 1fr; gap: var(--s4); padding: var(--s4) 0;
-  border-top: 1px solid var(--line); align-items: start; }
-@media (max-width: 44rem) { .card, dl { grid-template-columns: 1fr; } .part { grid-template-columns: 1fr auto; }
+@media (max-width: 44rem) { dl { grid-template-columns: 1fr; } .part { grid-template-columns: 1fr auto; }
   .part .scale { grid-column: 1 / -1; grid-row: 2; } }
-@media print { .bar { print-color-adjust: exact; } figure, .part, .card { break-inside: avoid; } }
+@media print { .bar { print-color-adjust: exact; } figure, .part { break-inside: avoid; } }
 """
 
 _DIGEST = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
@@ -72,7 +68,6 @@ RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-
 """The content security policy: only embedded pictures and this style are allowed."""
 
 PIXELATED = 256  # px: pictures whose sides are at most this long are enlarged without interpolation
-SMALL = 384  # px: longest side of the thumbnails of an index
 
 
 def report(made: Synthesis, name: str = "the output") -> str:
@@ -109,7 +104,7 @@ def report(made: Synthesis, name: str = "the output") -> str:
 def page_of(outcome: Outcome) -> str:
     """Return the HTML page on one output."""
     drawn = pictures_of(outcome)
-    output = [d for d in drawn if d.name not in ("exemplar", "usage", "sources")]
+    output = [d for d in drawn if d.name not in ("exemplar", "usage")]
     exemplar = [d for d in drawn if d not in output]
     body = [
         _head(outcome), _missed(outcome.missed),
@@ -119,20 +114,6 @@ def page_of(outcome: Outcome) -> str:
         f"<h2>How it was made</h2>{_facts(outcome)}",
     ]  # fmt: skip
     return _page(outcome.name, body)
-
-
-def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
-    """Return the HTML page on several outputs with thumbnails, the worst first."""
-    ranked = sorted(outcomes, key=lambda one: one[0].score.total)
-    title = f"{len(ranked)} outputs, the worst first"
-    cards = [
-        f'<section class="card">{_image(small, outcome.name)}'
-        f'<div><h2>{_text(outcome.name)}</h2><p class="total">{outcome.score.total:.0f}</p>'
-        f"<small>of 100, {outcome.score.verdict}</small>{_missed(outcome.missed)}"
-        f"{_parts(outcome.score)}{_again(outcome)}</div></section>"
-        for outcome, small in ranked
-    ]
-    return _page(title, [f"<header><div><h1>{_text(title)}</h1></div></header>", *cards])
 
 
 def _page(title: str, body: Iterable[str]) -> str:
@@ -230,9 +211,3 @@ def _again(outcome: Outcome) -> str:
         recipe = json.dumps(outcome.recipe, indent=2, sort_keys=True)
         said += f"<details><summary>Its recipe</summary><pre>{escape(recipe)}</pre></details>"
     return said
-
-
-def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
-    """Return an outcome without large data (pixels, exemplars, map, sources), for an index; and its thumbnail."""
-    corner, alone = outcome.output.like(outcome.output.samples[:1, :1]), replace(outcome.judged, looks=())
-    return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), thumbnail(outcome.output, SMALL)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..analysis import block_sums, scaled_variances
 from ..analysis.features import features
-from ..analysis.structure import SEAMLESS, border_of
+from ..analysis.structure import border_steps
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
 from ..foundation import AUTO_METHOD, InputError, ParameterError, called, chosen, size_of, whole_within
@@ -35,6 +35,7 @@ from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, exemplars_of, holes_of, least_energy, planned_for_holes, with_hole
 
+SEAMLESS = 1.3  # largest mean difference across a border, relative to that of neighbours inside, that counts as none
 LEAST_SIDE = 16  # px: least side of a picture along a periodic axis
 LEAST_BAND = 4  # px: least width of the band: a hole of two, and a rim of one on either side
 ELEMENTS = 1.5  # width of an automatic band, in elements (texels)
@@ -191,8 +192,8 @@ def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
 
 def _continues(picture: Exemplar, axes: Wrap) -> bool:
     """Whether a picture looks periodic along these axes."""
-    steps = border_of(features([picture]).pictures[0], picture.usable)
-    return max(steps.rows * axes.y, steps.columns * axes.x) <= SEAMLESS
+    steps = border_steps(features([picture]).pictures[0], picture.usable)
+    return max(step for step, closed in zip(steps, axes.closed, strict=True) if closed) <= SEAMLESS
 
 
 def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
@@ -216,7 +217,7 @@ def _unit(picture: Exemplar) -> int:
 def _of_single_elements(facts: Facts) -> bool:
     """Whether a texture consists of single elements: bounded in all directions, no lattice, rows or direction."""
     alone = facts.lattice is None and facts.element.found >= ENDS and not facts.ordered
-    return alone and facts.structure.coherence <= DIRECTED
+    return alone and facts.coherence <= DIRECTED
 
 
 def _fine_grained(picture: Int16) -> bool:
@@ -302,16 +303,3 @@ def _seen(picture: Exemplar) -> Exemplar:
 def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
     """Return a picture repeated `times` along each periodic axis."""
     return plane.like(np.tile(plane.samples, (*(times if closed else 1 for closed in axes.closed), 1)))
-
-
-def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
-    """Return the original picture of a scene rolled by half its size, so that its borders meet in the middle."""
-    picture, canvas = scene.exemplars[0], scene.canvas
-    top, left, height, width = _cut(picture, canvas.shape)
-    shown = picture.planes[plane or picture.drawn[0]]
-    down, across = shown.height / picture.height, shown.width / picture.width
-    rows = slice(int(top * down), int((top + height) * down))
-    columns = slice(int(left * across), int((left + width) * across))
-    part = shown.samples[rows, columns]
-    by = [n // 2 * closed for n, closed in zip(part.shape, canvas.wrap.closed, strict=False)]
-    return shown.like(np.ascontiguousarray(np.roll(part, by, (0, 1))))

@@ -29,9 +29,9 @@ def lattice_places(first, v1, v2, low, high):
     return sorted(found, key=lambda f: (f[2], f[3]))
 
 
-def side_of(y, x, height, width, border):
+def side_of(y, x, block, border):
     """The neighbour whose wedge holds a pixel (from the outer corner); None inside."""
-    depths = [y, height + border - 1 - y, x, width + border - 1 - x]
+    depths = [y, block + border - 1 - y, x, block + border - 1 - x]
     side = depths.index(min(depths))
     return side if depths[side] < border else None
 
@@ -65,10 +65,10 @@ def synthesized(picture, v1, v2, block, border, slack, size, seed, by="differenc
         shown[at] = places[below(len(places), bits)][:2]
     patches = dict(shown)
     ring = [
-        (y, x, side_of(y, x, block, block, border))
+        (y, x, side_of(y, x, block, border))
         for y in range(block + border)
         for x in range(block + border)
-        if side_of(y, x, block, block, border) is not None
+        if side_of(y, x, block, border) is not None
     ]
     for i in range(-1, rows):
         for j in range(-1, columns):

@@ -34,23 +34,6 @@ def test_a_start_is_continued_as_the_plain_version_does() -> None:
     assert shown(out) == NaiveScan([e], (20, 19), (2, 5), 3, STAGE, ia.Wrap.Y, coherent=True, start=known).run()
 
 
-def test_jumps_bring_nearer_neighbourhoods() -> None:
-    """With similar pixels to choose from, what is taken fits its neighbourhood better (k-coherence)."""
-    e = Exemplar.of(smooth(6, 60, 60))
-
-    def misfit(jumps: int) -> float:
-        out = ia.synthesize(e, 70, ia.Ashikhmin(window=(3, 5), jumps=jumps), seed=1)
-        picture, pixels, yx = e.base.pixels.astype(int), out.render().pixels.astype(int), out.map.yx
-        total = 0
-        for dy, dx in ((0, -1), (0, -2), (-1, -1), (-1, 0), (-1, 1), (-2, 0)):
-            there = pixels[2 + dy : 70 + dy, 2 + dx : 68 + dx]
-            source = yx[2:70, 2:68]
-            total += int(((there - picture[source[:, :, 0] + dy, source[:, :, 1] + dx]) ** 2).sum())
-        return total
-
-    assert misfit(4) < 0.9 * misfit(0)
-
-
 def test_what_cannot_be_compared_is_refused() -> None:
     for window in (1, 6, (3, 4)):
         with pytest.raises(ia.ParameterError, match="odd"):

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ...foundation import ParameterError
 from ...foundation.params import written
 from ...request import Json, Request
-from .. import Report, print_error, print_lines
+from .. import Report, print_lines
 from ..verbs import HelpfulCommand
-
-if TYPE_CHECKING:
-    from ...tasks.exemplar_analysis import Analysis
 
 SHOWN = 3  # candidates that are printed where the confidence is small
 SMALL = 0.1
@@ -22,80 +16,27 @@ def look(request: Request, report: Report) -> None:
 
     \b
     intarsia analyze weave.png
-    intarsia analyze weave.png --overlay seen.png --best-tile tile.png
+    intarsia analyze weave.png --crop 0,0,256,256
     intarsia analyze *.png --several --json
     """
     from ...tasks.exemplar_analysis import analyze
     from ..exemplars import Inputs, sets_of
 
-    sets, seen, results = sets_of(request, report), set[str](), []
-    if len(sets) > 1 and request.to_stdout:
-        raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
-    plans, shelves = [_plan(request, one, seen) for one in sets], [Inputs([one], request, report) for one in sets]
+    sets, results = sets_of(request, report), []
+    shelves = [Inputs([one], request, report) for one in sets]
     for shelf in shelves[: len(sets) * (len(sets) > 1)]:
         _ = shelf.exemplars  # what cannot be read is refused before the first is worked on
         shelf.forget()
-    for number, (plan, shelf) in enumerate(zip(plans, shelves, strict=True)):
+    for number, (one, shelf) in enumerate(zip(sets, shelves, strict=True)):
         with report.watching(1):
-            found = analyze(shelf.exemplars[0])
+            answer = analyze(shelf.exemplars[0]).as_dict()
         shelf.forget()
-        first, answer = next(iter(sets[number].values())), found.as_dict()
+        first = next(iter(one.values()))
         answer["suggested"]["flatten"] |= request.flatten
-        _write(found, plan, answer, request.force)
         results.append({"file": first, **answer})
-        if not report.as_json and not report.quiet:
-            lines = ([""] if number else []) + _page(first, answer)
-            if request.to_stdout:
-                for line in lines:
-                    print_error(line)
-            else:
-                print_lines(lines, "its pictures are written" if "files" in answer else "nothing else was to be done")
+        if not (report.as_json or report.quiet):
+            print_lines(([""] if number else []) + _page(first, answer))
     report.result(results[0] if len(results) == 1 else {"results": results})
-
-
-Plan = tuple[list[tuple[str, str]], dict[str, str]]
-"""The output files of one exemplar: kinds and files of overlays, and plane -> file of the best tile."""
-
-
-def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
-    """Return the output files of an exemplar; an error, before any work, if one cannot be written."""
-    from ...files import format_of
-    from ..exemplars import stem_of
-    from ..outputs import check_all, filled_name, plane_files
-
-    fields = {"stem": stem_of(found), "seed": 0}
-    overlays = [(kind, filled_name(path, fields)) for kind, path in request.overlays]
-    tile = {} if request.best_tile is None else plane_files(filled_name(request.best_tile, fields), found)
-    paths = [path for _, path in overlays] + list(tile.values())
-    for path in paths:
-        if path != "-":
-            format_of(path)
-    check_all(paths, request.force, seen)
-    return overlays, tile
-
-
-def _write(found: Analysis, plan: Plan, answer: Json, force: bool) -> None:
-    """Write the pictures of one exemplar atomically, and add their names to the answer."""
-    from ... import files
-    from ..outputs import Staging
-
-    drawn = [(path, kind, found.overlay(kind)) for kind, path in plan[0]]
-    if plan[1]:
-        tile = found.best_tile()
-        drawn += [(path, name, tile.planes[name]) for name, path in plan[1].items()]
-        base = next(iter(tile.planes.values()))
-        answer["best_tile"] = {
-            "corner": list(tile.corner),
-            "cost": tile.cost,
-            "size": [base.width, base.height],
-            "rectangular": tile.rectangular,
-        }
-    with Staging(force) as staging:
-        for path, _, plane in drawn:
-            files.write(staging.place(path), plane)
-        staging.commit()
-    if drawn:
-        answer["files"] = [{"path": path, "holds": holds} for path, holds, _ in drawn]
 
 
 def _page(path: str, answer: Json) -> list[str]:
@@ -123,11 +64,7 @@ def _page(path: str, answer: Json) -> list[str]:
     share = f"{100 * light['share']:.0f} % of the differences between its parts, {light['factor']:.1f} times brighter"
     lines += [f"light        {'a strong slope: ' + share if light['strong'] else 'no strong slope'}"]
     lines += [f"suggested    {' '.join(_options(answer['suggested']))}"]
-    lines += [f"             {why}" for why in answer["suggested"]["why"]]
-    if "best_tile" in answer:
-        tile = answer["best_tile"]
-        lines += [f"best tile    at {tile['corner'][0]},{tile['corner'][1]}, cost {tile['cost']}"]
-    return lines + [f"written      {entry['path']} ({entry['holds']})" for entry in answer.get("files", [])]
+    return lines + [f"             {why}" for why in answer["suggested"]["why"]]
 
 
 def _segments(seen: Json) -> list[str]:
@@ -173,6 +110,4 @@ def _options(suggested: Json) -> list[str]:
     return words + ["--flatten"] * suggested["flatten"]
 
 
-command = HelpfulCommand(
-    "analyze", look, epilog="FILE may hold {stem}: with several exemplars every one has pictures of its own."
-)
+command = HelpfulCommand("analyze", look)

@@ -60,7 +60,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     from ...foundation.run import Run
     from ...rendering.render import check_drawable, check_exemplars, render
     from ..exemplars import Inputs, sets_of, stem_of
-    from ..outputs import Staging, by_file, check_all, check_depths, filled_name, layer_files, plane_files
+    from ..outputs import Staging, check_all, check_depths, filled_name, plane_files
 
     began = time.perf_counter()
     sets = sets_of(request, report)
@@ -70,28 +70,24 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     x, y, width, height = request.window or (0, 0, smap.width * n, smap.height * n)
     part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
     out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "w": width, "h": height})
-    pictures = {} if request.layers else plane_files(out, sets[0])
-    check_all(pictures.values() if pictures else [out], request.force, set())
+    pictures = plane_files(out, sets[0])
+    check_all(pictures.values(), request.force, set())
     exemplars = Inputs(sets, request, report).exemplars
-    pictures = pictures or layer_files(out, exemplars[0], request.depth)
     check_exemplars(exemplars, smap)
     check_depths(pictures, exemplars[0], (width, height), request)
     blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.corrections)
     check_drawable(exemplars, part.height, part.width, blend.feather)
     with report.watching(len(pictures)) as meter, Staging(request.force) as staging:
-        for path, names in by_file(pictures).items():
-            planes = {}
-            for name in names:
-                run = Run(request.threads, meter.stage("render", 0.0, 1.0), CANCEL)
-                planes[name] = render(exemplars, smap, name, blend, part, run)
-                meter.next_part()
-            picture = planes if request.layers else planes[names[0]]
+        for name, path in pictures.items():
+            run = Run(request.threads, meter.stage("render", 0.0, 1.0), CANCEL)
+            picture = render(exemplars, smap, name, blend, part, run)
+            meter.next_part()
             files.write(staging.place(path), picture, depth=request.depth, run=Run(request.threads))
         staging.commit()
     seconds = time.perf_counter() - began
-    report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
+    report.note(f"{', '.join(pictures.values())}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
     report.result({
-        "files": [{"path": path, "holds": ", ".join(names)} for path, names in by_file(pictures).items()],
+        "files": [{"path": path, "holds": name} for name, path in pictures.items()],
         "size": [width, height],
         "window": [x, y, width, height],
         "blend": blend.as_recipe,

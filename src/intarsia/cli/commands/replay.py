@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import re
-from contextlib import suppress
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...foundation import InputError, IntarsiaError, ParameterError
-from ...request import Json, Request, asked_pictures, with_pictures
+from ...foundation import InputError, ParameterError
+from ...request import Json, Request, with_pictures
 from ...version import VERSION
 from .. import Report
 from ..verbs import HelpfulCommand
@@ -30,10 +25,8 @@ def replay(request: Request, report: Report) -> None:
     intarsia replay island.png -o again.png --exemplar coast.png --labels coast_labels.png --target map.png
 
     Give the files again that were used, --map, --mask, --from, --labels and --target too, and pictures of parameters
-    as --picture: they are checked against the recipe. Of planks_grown.png planks.png is found beside it, and so are
-    mask.png, labels.png, target.png and PARAMETER.png; an exemplar of another name is known there by its contents.
-    Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the picture's own
-    alpha. Built-in exemplars (sample:...) need no --exemplar.
+    as --picture: they are checked against the recipe. Everything else is in it, such as --crop, --flatten, --avoid and
+    --depth, and a hole that was the picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     from ... import files
     from ...request import from_recipe
@@ -47,9 +40,9 @@ def replay(request: Request, report: Report) -> None:
         raise InputError(f"{picture} was woven; make it again with intarsia weave, from the same exemplar and options.")
     if "advected" in recipe:
         raise InputError(f"{picture} was moved by a flow that no recipe holds; run again the program that moved it.")
-    found = found_beside(recipe, request, report)
-    recipe = with_pictures(recipe, dict(found.pictures), picture)
-    again = from_recipe(recipe, found, f"the recipe of {picture}")
+    recipe = with_pictures(recipe, dict(request.pictures), picture)
+    again = from_recipe(recipe, request, f"the recipe of {picture}")
+    check_given(recipe, request, again)
     if recipe.get("intarsia") != VERSION:
         report.warn(
             f"{picture} was made by intarsia {recipe.get('intarsia', 'of unknown version')}, this is {VERSION}; "
@@ -58,46 +51,24 @@ def replay(request: Request, report: Report) -> None:
     Batch.plan(again, report, lambda scene: check_scene(recipe, scene, again)).carry_out()
 
 
-def found_beside(recipe: Json, request: Request, report: Report) -> Request:
-    """Return the request with files found beside the picture; ParameterError that lists all that are missing."""
-    picture = request.picture or ""
-    try:
-        near = Neighbours(picture)
-        names = [str(entry.get("name", "")) for entry in recipe["exemplars"]]
-        mine = not all(name.startswith("sample:") for name in names)
-        healed, painted = "heal" in recipe and recipe["heal"].get("mask") != "alpha", "guide" in recipe
-        begun = healed or "extend" in recipe or "tile" in recipe
-        asked = [key for key, was in asked_pictures(recipe).items() if "function" not in was]
-        exemplar = request.files or (near.exemplar(recipe) if mine else ())
-    except (KeyError, TypeError, AttributeError):
-        return request  # a damaged recipe is told of by what reads all of it
-
-    def one(needed: bool, given: tuple[str, ...], word: str) -> tuple[str, ...]:
-        found = near.called(word) if needed and not given else None
-        return given if found is None else (found,)
-
-    masks, labels = one(healed, request.masks, "mask"), one(painted, request.labels, "labels")
-    target = request.target or (near.called("target") if painted else None)
-    drawn = dict(request.pictures)
-    drawn |= {key: path for key in asked if key not in drawn and (path := near.called(key)) is not None}
-    missing = [
-        ("--exemplar FILE", mine and not exemplar), ("--mask FILE", healed and not masks),
-        ("--labels FILE", painted and not labels), ("--target FILE", painted and target is None),
-        ("--from FILE", begun and len(names) > 1 and not request.donors),
-        ("--start FILE", "start" in recipe and not begun and "heal" not in recipe and request.start is None),
-        *((f"--picture {key}=FILE", key not in drawn) for key in asked),
+def check_given(recipe: Json, given: Request, again: Request) -> None:
+    """Raise ParameterError if files are not given that the recipe needs, with all of them, or one that it does not."""
+    painted, several = "guide" in recipe, len(recipe["exemplars"]) > 1
+    own = any(not str(entry.get("name", "")).startswith("sample:") for entry in recipe["exemplars"])
+    asked = [
+        ("--exemplar", own or None, given.files),
+        ("--mask", again.holes != ("alpha",) if again.verb == "heal" else None, given.masks),
+        ("--labels", painted, given.labels), ("--target", painted, given.target),
+        ("--from", again.begun and several, given.donors),
+        ("--start", "start" in recipe and not again.begun, given.start),
     ]  # fmt: skip
-    lacking = [option for option, lacks in missing if lacks]
-    found = replace(request, files=exemplar, masks=masks, labels=labels, target=target, pictures=tuple(drawn.items()))
-    if lacking == ["--exemplar FILE"] and (exemplar := near.alike(with_pictures(recipe, drawn, picture), found)):
-        found = replace(found, files=exemplar)
-    elif lacking:
-        raise ParameterError(
-            f"{picture} was made with {', '.join(lacking)}: its recipe holds their hashes alone; name the files."
-        )
-    if added := sorted({*found.read} - {*request.read}):
-        report.note(f"taken from beside it: {', '.join(added)}")
-    return found
+    missing = [f"{option} FILE" for option, needed, files in asked if needed and not files]
+    if missing:
+        said = f"{given.picture} was made with {', '.join(missing)}"
+        raise ParameterError(f"{said}: its recipe holds their hashes alone; name the files.")
+    for option, needed, files in asked:
+        if files and needed is False:
+            raise ParameterError(f"{given.picture} was made without {option}; drop it.")
 
 
 def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
@@ -123,15 +94,14 @@ def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
 
 
 def _check_guide(recorded: Json, guide: Guide, given: Request) -> None:
-    if recorded.get("sha256") == guide.digest:
-        return
     known = [*recorded.get("labels", []), recorded.get("target")]
     options = [*("--labels" for _ in given.labels), "--target"]
     paths = (*given.labels, given.target)
     for path, option, digest, was in zip(paths, options, guide.digests, known, strict=False):
         if digest != was:
             raise InputError(f"{path} holds other labels than the recipe was made with; give the same {option}.")
-    raise InputError(f"{given.target} and the labels are not what the recipe was made with; give the same files.")
+    if len(known) != len(guide.digests):
+        raise InputError(f"the recipe has {len(known) - 1} label pictures; give the same --labels.")
 
 
 def _another(entry: Json, exemplar: Exemplar) -> InputError:
@@ -139,61 +109,6 @@ def _another(entry: Json, exemplar: Exemplar) -> InputError:
         f"{exemplar.name} is another exemplar (sha256 {exemplar.digest[:12]}) than that of the recipe "
         f"({str(entry['sha256'])[:12]}); give the same file, with the same --map and --mask."
     )
-
-
-DONE = re.compile(r"_(grown|extended|healed|painted|tiled)(_[0-9]+)?$")
-"""End of the default name of an output, after the name of its exemplar."""
-
-
-MOST = 50
-"""Most pictures that are read to find one by its contents."""
-
-
-class Neighbours:
-    """The pictures in the folder of a picture, without links: `floor.png` beside `floor_grown.png`."""
-
-    def __init__(self, picture: str) -> None:
-        from ...files.material_sets import READABLE
-
-        folder, name = os.path.split(picture)
-        here = list[str]()
-        with suppress(OSError), os.scandir(folder or os.curdir) as found:
-            here += [e.name for e in found if e.is_file(follow_symlinks=False) and e.name != name]
-        readable = (n for n in sorted(here) if os.path.splitext(n)[1].lower() in READABLE)
-        self._paths = [os.path.join(folder, n) for n in readable]
-        stem = Path(name.removesuffix(".recipe.json")).stem
-        self._exemplar = DONE.sub("", stem) if DONE.search(stem) else None
-
-    def exemplar(self, recipe: Json) -> tuple[str, ...]:
-        """Return the picture, or the planes of a set, that the name of the output begins with; () if several."""
-        from ...files.material_sets import name_of
-
-        if self._exemplar is None or len(recipe["exemplars"]) != 1:
-            return ()
-        alone, planes = [p for p in self._paths if Path(p).stem == self._exemplar], list[str]()
-        for path in self._paths:
-            own, word = name_of(path)
-            if own == self._exemplar and word not in (None, "mask"):
-                planes.append(path)
-        return tuple(alone[:1] or planes)
-
-    def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
-        """Return the first picture that is the exemplar of a recipe if it is read and used as that says."""
-        from ...request import from_recipe
-        from ..exemplars import Inputs, sets_of
-
-        report = Report(quiet=True)
-        for path in self._paths[:MOST]:
-            with suppress(IntarsiaError):
-                again = from_recipe(recipe, replace(request, files=(path,)), path)
-                check_scene(recipe, Inputs(sets_of(again, report), again, report).scene, again)
-                return (path,)
-        return ()
-
-    def called(self, word: str) -> str | None:
-        """Return the file `floor_word.png`, after the name of the exemplar, or `word.png`, in any format."""
-        stems = f"{self._exemplar}_{word}", word
-        return next((path for stem in stems for path in self._paths if Path(path).stem == stem), None)
 
 
 command = HelpfulCommand("replay", replay)

@@ -6,20 +6,13 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ...foundation import InputError
-from ...request import Request, to_line
-from .. import CANCEL, Report, print_lines
+from ...request import Request
+from .. import Report, print_lines
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...judging import Score
-    from ...model import Exemplars
-    from ...model.image import Plane
-    from ...model.sourcemap import SourceMap
     from ...tasks.scoring import Outcome
-
-
-RECIPE = "recipe"
-"""In place of a map: make it again from the recipe in the output's file."""
 
 
 def judge(request: Request, report: Report) -> None:
@@ -28,7 +21,6 @@ def judge(request: Request, report: Report) -> None:
     \b
     intarsia score stones.png grown.png
     intarsia score stones.png grown.png --map grown.npz --json
-    intarsia score stones.png grown.png --map recipe
     intarsia score stones.png grown.png --gate total=60 --gate joins=0.5 --report grown.html
 
     What is measured, and how far it agrees with people, stands in docs/score.md.
@@ -45,15 +37,13 @@ def judge(request: Request, report: Report) -> None:
     if page is not None:
         page = filled_name(page, {"stem": stem_of(sets[0])})
         check_all([page], request.force, set())
-    smap = None if saved is None or saved == RECIPE else SourceMap.load(saved)
+    smap = None if saved is None else SourceMap.load(saved)
     exemplars, made = Inputs(sets, request, report).exemplars, files.read(output, alpha=request.alpha)
-    if saved == RECIPE:
-        smap = _made_again(output, made.base, exemplars, report)
     outcome = outcome_of(exemplars, made, map=smap, wrap=request.wrap)
     found = outcome.score
     if page is not None:
         outcome = outcome.but(name=output, missed=misses(found, request.gates))
-        _tell(outcome, sets, page, request.force)
+        _tell(outcome, page, request.force)
     if report.as_json:
         more = {"energy": outcome.energy, "report": page}
         told = {name: value for name, value in more.items() if value is not None}
@@ -63,21 +53,8 @@ def judge(request: Request, report: Report) -> None:
     gated(found, request.gates, output)
 
 
-def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) -> SourceMap | None:
-    """Return the map that the recipe of an output makes again; None, after a warning, if it makes none."""
-    from ...foundation.run import Run
-    from ...tasks import recipe_map
-
-    try:
-        with report.watching(1) as meter:
-            return recipe_map(output, made, exemplars, Run(step=meter.stage("grow", 0.0, 1.0), cancel=CANCEL))
-    except InputError as e:
-        report.warn(f"{e} Judged by the picture alone.")
-        return None
-
-
-def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
-    """Write the report, with the command that makes the output again if its recipe needs no further files."""
+def _tell(outcome: Outcome, page: str, force: bool) -> None:
+    """Write the report, with the recipe that the output carries."""
     from ... import files
     from ..outputs import Staging, write_page
 
@@ -85,15 +62,8 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
     if outcome.name != "-":
         with suppress(InputError):  # damaged, or of another program: not what was asked
             recipe = files.read_recipe(outcome.name)
-    if recipe is not None:
-        outcome = outcome.but(recipe=recipe)
-        further = {"heal", "guide", "origin", "advected"} | (set() if "extend" in recipe else {"start"})
-        if not further & set(recipe):
-            sources = tuple(next(iter(found.values())) for found in sets)
-            again = Request("replay", picture=outcome.name, out="again.png", files=sources)
-            outcome = outcome.but(command=to_line(again))
     with Staging(force) as staging:
-        write_page(staging, page, outcome)
+        write_page(staging, page, outcome if recipe is None else outcome.but(recipe=recipe))
         staging.commit()
 
 

@@ -13,8 +13,7 @@ def weave(request: Request, report: Report) -> None:
     \b
     intarsia weave wall.png -o wall.zarr --size 65536 --dask local
     intarsia weave wall.png -o wall.tif --size 32768x16384 --threads 8
-    intarsia weave wall.png -o wall --size 65536 --origin -4096,1000000
-        writes DeepZoom tiles: wall/image.dzi and wall/image_files/
+    intarsia weave wall.png -o wall.png --size 2048 --origin -4096,1000000
     """
     from ..weaving import Weaving
 

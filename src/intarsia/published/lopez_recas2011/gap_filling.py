@@ -3,7 +3,7 @@
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.2; departures are listed in `engine.py`.
 
-Cost: for every second block, its border is compared at all its candidate places.
+Cost: for every second block, its border is compared with all of the exemplar, by Fourier transforms.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from typing import ClassVar
 from ... import methods
 from ...foundation.blend import Blend
 from ...foundation.params import param
-from ...methods import Ability, EndlessBase
+from ...methods import Ability, MethodBase
 
 
 @dataclass(frozen=True)
-class GapFilling(EndlessBase):
+class GapFilling(MethodBase):
     """Copy square blocks from random places of the lattice, and fill the gaps between them with the best match."""
 
     slug: ClassVar[str] = "gap-filling"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "square blocks at random places of a lattice, gaps filled to fit"
     engine: ClassVar[str] = "intarsia.published.lopez_recas2011.engine"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.MASK})
 
     lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"

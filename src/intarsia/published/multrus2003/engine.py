@@ -7,7 +7,7 @@ distance exceeds the bound.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -21,8 +21,8 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import Pick, Window
-from ...patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages
-from ...patches.repetition import Repetition, Table
+from ...patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Stages
+from ...patches.repetition import Repetition
 from ...search import (
     Candidates,
     PosedExemplars,
@@ -91,10 +91,7 @@ def short_list_size(method: PatchSampling) -> int:
     """Return how many candidates a search keeps: more than may be chosen, as the short-list is approximate."""
     if method.bound != "best" and not needs_exhaustive_search(method):
         return LISTED_BY_EPSILON
-    at_bounds = (
-        method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, SHORT_LIST_MAX)
-    )
-    most = max(1 if needs_exhaustive_search(method) else method.candidates, at_bounds)
+    most = max(1 if needs_exhaustive_search(method) else method.candidates, method.boundary_candidates)
     return max(LEAST_LISTED, most, 3 * min(most, SHORT_LIST_MAX)) * (2 if _search(method) == "exact" else 1)
 
 
@@ -120,7 +117,7 @@ def settings_of(method: PatchSampling) -> PatchSettings:
         isometries=method.isometries, search=_search(method), listed=short_list_size(method), rim=max(overlap),
         finder=partial(_pyramid_search, method, None) if coarse else None,
         guided=GuidedPyramid if coarse else GuidedPatchSearch,
-        repeats=Repeats(rule, usage, method.min_repeat_distance),
+        rule=rule, usage=usage,
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_tolerance
         ),
@@ -146,19 +143,15 @@ def _pyramid_search(
 
 def choose(
     method: PatchSampling, growth: PatchSynthesis, window: Window, found: Candidates, bits: int, misses: list[int]
-) -> Pick | None:
+) -> Pick:
     """Draw one of the candidates that the bound admits; if it admits none, take the best and record a miss."""
     at_boundary = growth.at_boundary(window)
     rows, prices = _priced(growth, window, found)
     brightness = growth.features.brightness(found.feats, found.known) if method.bound == "epsilon" else 0
-    if needs_exhaustive_search(method) and not at_boundary and not found.permitted:
-        best = int(prices[0]) if len(prices) else UNLIMITED
-        found = all_within(growth, window, found, max(best, _price_limit(method, prices, brightness)))
+    if needs_exhaustive_search(method) and not at_boundary:
+        limit = max(int(prices[0]), _price_limit(method, prices, brightness))
+        found = all_within(growth, window, found, limit)
         rows, prices = _priced(growth, window, found)
-    if at_boundary and method.boundary_candidates > SHORT_LIST_MAX and method.pyramid == "off" and not found.permitted:
-        rows, prices = _priced(growth, window, all_at_boundary(growth, window, found))
-    if not len(rows):
-        return None
     many = method.boundary_candidates if at_boundary else _admitted_count(method, prices, brightness)
     misses += [1] * (many == 0)
     v, u, s = rows[below(min(max(many, 1), len(rows)), bits), 1:].tolist()
@@ -176,17 +169,13 @@ def _price_limit(method: PatchSampling, prices: Array, brightness: int) -> int:
     """Return the highest price that may be chosen, given the lowest prices."""
     if method.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
         return math.ceil(method.epsilon**2 * brightness) - 1
-    last = 0 if method.bound == "relative" else method.candidates - 1
-    if len(prices) <= last:
-        return UNLIMITED
-    return int((1 + method.epsilon) ** 2 * int(prices[0])) if method.bound == "relative" else int(prices[last])
+    return int(prices[method.candidates - 1]) if len(prices) >= method.candidates else UNLIMITED
 
 
 def _priced(growth: PatchSynthesis, window: Window, found: Candidates) -> tuple[Array, Array]:
-    """Return the candidates that are not forbidden, cheapest first, and their prices."""
+    """Return the candidates, cheapest first, and their prices."""
     prices = growth.repetition.prices(window[0], window[1], found)
     order = np.argsort(prices, kind="stable")
-    order = order[prices[order] >= 0]
     return found.rows[order], prices[order]
 
 
@@ -198,32 +187,23 @@ def place_patch(method: PatchSampling, growth: PatchSynthesis, window: Window, p
         growth.growing.lay_over(growth.at(window), pick, found.known, growth.settings.overlap)
 
 
+def every_patch(valid: Sequence[Array]) -> Array:
+    """Return all `valid` first pixels of patches, one mask for each variant, as unmeasured candidates: (n, 4)."""
+    rows = np.vstack([np.pad(np.argwhere(ok), ((0, 0), (2, 0)), constant_values=v) for v, ok in enumerate(valid)])
+    rows[:, 0] = FAR
+    return rows
+
+
 def all_within(growth: PatchSynthesis, window: Window, found: Candidates, limit: int) -> Candidates:
     """Return all patches allowed in a window within a squared distance, nearest first."""
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
-    table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
-    rows, prices, most = table.rows(table.flat), growth.repetition.search_prices, np.array(limit)
+    valid = growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window)
+    rows, prices, most = every_patch(valid), growth.repetition.search_prices, np.array(limit)
     if isinstance(prices, UseFactors):  # by 1 + uses, squared; 256 = once
-        uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
+        uses = np.concatenate([counts[ok] for counts, ok in zip(prices.counts, valid, strict=True)]).astype(np.int64)
         most = limit // (1 + uses // 256) ** 2
     rows[:, 0] = most
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
     return growth.weighed(window, replace(found, rows=rows))
-
-
-def all_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
-    """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
-    guided, at = growth.guided, np.array([growth.at(window)], np.int64)
-    assert guided is not None, "labels meet under a guide"
-    table = Table(guided.allowed_at(window))
-    (wanted,), inside = guided.guidance.wanted(at)
-    rows = table.rows(table.flat)
-    rows[:, 0] = FAR
-    apart = rows.copy()
-    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
-    fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
-    share = guided.shares(found.known[None], inside)[0]
-    rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
-    return growth.weighed(window, replace(found, rows=nearest(rows)))

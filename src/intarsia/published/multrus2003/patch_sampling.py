@@ -5,7 +5,7 @@ Liang, Liu, Xu, Guo and Shum, "Real-time texture synthesis by patch-based sampli
 
 Departures: the search compares with the unblended pieces, so the map does not depend on the feather (it differs
 at the corners of seams); patches may be joined along the cheapest seam instead, which Multrus names as future
-work; a bound relative to the best distance stands beside the source's, which is stricter where the exemplar is dark.
+work.
 
 Cost: one FFT search over the exemplar for each patch, about N_out / pitch^2 of them.
 """
@@ -29,7 +29,6 @@ class PatchSampling(MethodBase):
     paper: ClassVar[str] = "Liang et al. 2001; Multrus 2003"
     summary: ClassVar[str] = "patches with matching seams, feathered"
     engine: ClassVar[str] = "intarsia.published.multrus2003.engine"
-    measures: ClassVar[bool] = True
     supports: ClassVar[frozenset[Ability]] = frozenset(
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
@@ -43,11 +42,11 @@ class PatchSampling(MethodBase):
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
-        "best", "choice", "what may be chosen: the best few, all within epsilon of black, or of the best distance",
-        choices=("best", "epsilon", "relative"),
+        "best", "choice", "what may be chosen: the best few, or all within epsilon of black",
+        choices=("best", "epsilon"),
     )  # fmt: skip
     candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=99_999)
-    epsilon: float = param(0.1, "float", "with the other bounds: relative tolerance", low=0, high=100)
+    epsilon: float = param(0.1, "float", "with bound=epsilon: share of the brightness", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),
@@ -59,7 +58,6 @@ class PatchSampling(MethodBase):
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
     repeat_penalty: float = methods.repeat_penalty()
-    min_repeat_distance: int = methods.repeat_distance()
     search: str = methods.search_ways()
     pyramid: str = param(
         "off", "choice", "search from coarse to fine, and what is averaged before every second pixel is dropped",
@@ -77,7 +75,7 @@ class PatchSampling(MethodBase):
     boundary_isometries: str | tuple[int, ...] | None = methods.boundary_poses()
     boundary_tolerance: int | None = methods.boundary_tolerance()
     boundary_candidates: int = param(
-        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=99_999
+        1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=64
     )
     boundary_join: str = param(
         "cut", "choice", "how such patches meet: along the cheapest seam, or like all others", choices=("cut", "same")

@@ -136,7 +136,7 @@ class PyramidSearch:
         """
         (feats, known), usual, rows = stack[0], -1, np.empty((0, 4), np.int64)
         if join is None and not known.any():
-            return Candidates(rows, 0, feats, known, free=True)
+            return Candidates(rows, 0, feats, known)
         sums, drawing = [int(known.sum()) for _, known in stack], self.draw is not None and join is None
         total = max(sums[LEVELS], 1)
         for number in range(LEVELS, -1, -1):

@@ -22,9 +22,9 @@ class UseMarks(Repetition):
     in_turn: ClassVar[bool] = True
 
     def __init__(
-        self, search: Search, layout: WindowGrid, strength: float, distance: int, striking: list[Array] | None = None
+        self, search: Search, layout: WindowGrid, strength: float, striking: list[Array] | None = None
     ) -> None:
-        super().__init__(search, layout, 0.0, distance, striking)
+        super().__init__(search, layout, 0.0, striking)
         self.search_prices = UseFactors(
             [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()], 0
         )
@@ -33,12 +33,12 @@ class UseMarks(Repetition):
         """Do nothing: uses count at once."""
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
-        """Return for every candidate its squared distance times (1 + uses)**2; -1 if it is forbidden."""
+        """Return for every candidate its squared distance times (1 + uses)**2."""
         plain = super().prices(row, column, found)
         begins, rows, columns = self._offsets[found.rows[:, 1]].T
         y, x = (found.rows[:, 2 + k] // self.search.factor for k in (0, 1))
         uses = self._flat[begins + np.minimum(y, rows - 1) * columns + np.minimum(x, columns - 1)]
-        return np.where(plain < 0, plain, plain * (ONE + uses.astype(np.int64)) ** 2 >> 16)
+        return np.asarray(plain * (ONE + uses.astype(np.int64)) ** 2 >> 16)
 
 
 class UseCounter(UseMarks):

@@ -14,7 +14,7 @@ from .ashikhmin import Ashikhmin
 from .neighbourhood_kernels import ExemplarPlanes
 from .neighbourhoods import with_window
 from .raster_kernels import fill_by_tree, fill_coherent, fill_full
-from .raster_scan import Scan, scan_reach, similar_pixels, tree_of
+from .raster_scan import Scan, scan_reach, tree_of
 from .wei_levoy import WeiLevoy
 
 FEW = 6  # pixels that the tree names
@@ -50,10 +50,8 @@ def synthesize(
 
 def _ways(method: WeiLevoy | Ashikhmin, scan: Scan, exemplar: ExemplarPlanes) -> tuple[Way, Way]:
     """Return how pixels of this level are filled, and how those that saw noise are filled again."""
-    searched = exemplar, scan.torus.choices, scan.components()
-    full: Way = fill_full, ()
     if isinstance(method, Ashikhmin):
-        full = fill_coherent, (similar_pixels(*searched, method.jumps),)
-    elif method.matching == "tree":
-        return (fill_by_tree, (tree_of(*searched), LEAVES, FEW)), full
-    return full, full
+        return ((fill_coherent, ()),) * 2
+    if method.matching == "tree":
+        return (fill_by_tree, (tree_of(exemplar, scan.torus.choices, scan.components()), LEAVES, FEW)), (fill_full, ())
+    return ((fill_full, ()),) * 2

@@ -58,28 +58,6 @@ def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
         out[d] = total >> 14
 
 
-@kernel
-def similar(ground: Any, places: Any, points: Any, tree: Any, leaves: int, near: Any, apart: int, out: Any) -> None:
-    """Write the most similar places of each place into `out` (positions, k, 2), -1 where there are no more.
-
-    `points` (N, D): of the places (N, 2). They lie further than `apart` px from it, in rows or columns. `near` (2, m)
-    is room for m found ones.
-    """
-    room = asking_room(points.shape[1])
-    for i in range(len(places)):
-        v, at = places[i, 0], places[i, 1]
-        row = ground.table[v]
-        count = 0
-        for k in range(ask(tree, points[i], leaves, near[0], near[1], room)):
-            w, to = places[near[1, k], 0], places[near[1, k], 1]
-            if count == out.shape[1]:
-                break
-            high, wide = abs(at // row[STRIDE] - to // row[STRIDE]), abs(at % row[STRIDE] - to % row[STRIDE])
-            if w != v or max(high, wide) > apart:
-                out[row[CLOSED] + at, count, 0], out[row[CLOSED] + at, count, 1] = w, to
-                count += 1
-
-
 ABOVE, BELOW, COARSE = 0, 1, 2  # kinds of taps: always counted; counted where known for good; of the coarser level
 FIRST = 12  # components by which a full search rules most candidates out, or SHARE / 16 of them
 SHARE = 10
@@ -209,11 +187,10 @@ def fill_by_tree(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixe
 
 
 @kernel
-def fill_coherent(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
+def fill_coherent(torus: Any, ground: Any, pixels: Any, components: int) -> None:
     """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar.
 
-    Where the exemplar ends, a drawn one is tried. `similar` (positions, k, 2) are pixels to try beside every candidate:
-    (variant, position), -1 for none. Of equal candidates the first stays.
+    Where the exemplar ends, a drawn one is tried. Of equal candidates the first stays.
     """
     template, tried = empty_template(components), np.empty((len(torus.taps), 2), np.int64)
     for y, x in pixels:
@@ -233,16 +210,10 @@ def fill_coherent(torus: Any, ground: Any, similar: Any, pixels: Any, components
                 continue
             tried[count, 0], tried[count, 1] = v, at
             count += 1
-            spot = ground.table[v, CLOSED] + at
-            for k in range(-1, similar.shape[1]):
-                if k >= 0:
-                    v, at = similar[spot, k, 0], similar[spot, k, 1]
-                    if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
-                        continue
-                set_offsets(ground, v, template, n)
-                d = template_distance(ground, v, at, template, n, best)
-                if d < best:
-                    best, variant, position = d, v, at
+            set_offsets(ground, v, template, n)
+            d = template_distance(ground, v, at, template, n, best)
+            if d < best:
+                best, variant, position = d, v, at
         if variant < 0:
             variant, position = drawn(torus, torus.level, y, x)
         write_pixel(ground, torus.variant, torus.yx, y, x, variant, position)

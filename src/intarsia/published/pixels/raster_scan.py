@@ -28,8 +28,6 @@ from .raster_kernels import ABOVE, BELOW, COARSE, Torus
 
 DIMS = 12  # axes kept of a neighbourhood
 SAMPLE = 4096  # neighbourhoods that the axes are measured on
-ASKED = 12  # of similar pixels this many more are asked for than wanted: neighbours do not count
-LEAVES = 32
 
 Array = Int64
 
@@ -54,22 +52,6 @@ def tree_of(ground: ExemplarPlanes, places: Int64, components: Int64) -> Tree:
     axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
     kd_tree.build(points, order, axis, cut)
     return Tree(points, order, axis, cut, mean, whole)
-
-
-def similar_pixels(ground: ExemplarPlanes, places: Int64, components: Int64, count: int) -> Array:
-    """Return for every position the `count` most similar places that are not its neighbours: (positions, count, 2).
-
-    (variant, position), or -1 where there are no more.
-    """
-    out = np.full((ground.closed.shape[1], count, 2), -1, np.int64)
-    if count:
-        tree = tree_of(ground, places, components)
-        near = np.empty((2, ASKED + 4 * count), np.int64)
-        apart = int(np.abs(components[:, 1:]).max(initial=1))
-        points = np.empty(tree.points.shape, np.int64)
-        points[tree.order] = tree.points
-        raster_kernels.similar(ground, places, points, tree, LEAVES, near, apart, out)
-    return out
 
 
 def taps_of(window: Pair, coarse: bool) -> list[tuple[int, int, int]]:

@@ -23,7 +23,7 @@ from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import Pick
-from ...patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
+from ...patches.patch_synthesis import PatchSettings, PatchSynthesis
 from ...search import Candidates, PosedExemplars, Prices, check_patch, fourier_kernels, nearest, patch_with_supply
 from ...search.fourier_kernels import FAR
 from ...segments import Segments, candidates_at, fallback, of_group, scales, segments
@@ -62,7 +62,7 @@ def synthesize(method: SegmentBased, exemplars: Exemplars, canvas: Canvas, seed:
         finder=lambda _, variants, patch, listed: SegmentSearch(
             variants, patch, groups, zone, method.hits, method.points, seed, STAGE + POINTS
         ),
-        repeats=Repeats(usage=method.repeat_penalty),
+        usage=method.repeat_penalty,
     )  # fmt: skip
     growth = PatchSynthesis(its, exemplars, canvas)
     limit = None if method.threshold is AUTO else method.threshold * contrast(growth.features, exemplars)
@@ -165,7 +165,7 @@ class SegmentSearch:
                 fourier_kernels.measure(feats[k], known[k], self.variants.posed, rows)
                 rows = nearest(rows)
             usual = int(rows[len(rows) // USUAL, 0]) if len(rows) else 0
-            found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))
+            found.append(Candidates(rows, usual, feats[k], known[k]))
         return found
 
     def drawn(self, groups: Array, known: Array, at: Pair) -> Int64:

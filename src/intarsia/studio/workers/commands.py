@@ -61,11 +61,6 @@ def command(said: Json, tell: Tell) -> Answer:
         no_longer(announce)
 
 
-def prepare(said: Json, tell: Tell) -> Answer:
-    """Grow an exemplar once, so that its analysis is cached in this process; nothing is kept."""
-    return command(said | {"words": ["grow", *said["words"], "--size=512", "--output=out.png", "--json"]}, tell)
-
-
 @cache
 def _hold() -> None:
     """Cache exemplars between the commands of this process."""

@@ -19,8 +19,6 @@ from ...model.image import Kind, Plane, Transfer, to_display
 from ...model.sourcemap import SourceMap
 from .worker import Answer, Json, Tell
 
-WIDEST = 1 << 24  # px of a map that is sent at once
-
 Pixels = UInt8
 
 
@@ -124,12 +122,10 @@ def labels(said: Json, tell: Tell) -> Answer:
 def origins(said: Json, tell: Tell) -> Answer:
     """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
 
-    65535: from nowhere. Without a box: of all of the map.
+    65535: from nowhere. What of the box lies outside of the map is left out.
     """
     smap = _map(said["map"])
-    x, y, width, height = said["box"] or (0, 0, smap.width, smap.height)
-    if width * height > WIDEST:
-        raise InputError(f"the map has more than {WIDEST} px; ask for a box of it.")
+    x, y, width, height = said["box"]
     part = np.s_[y : y + height, x : x + width]
     which = smap.numbers[part]
     out = np.empty((*which.shape, 3), "<u2")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import uniform_filter
@@ -33,7 +32,7 @@ from ...tasks.scoring import Outcome, outcome_of
 from .decoding import Pixels, coloured, exemplar_of, png
 from .worker import Answer, Json, Tell
 
-LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
+LINE, RED = (255, 225, 0, 255), (255, 60, 40, 255)
 LABELS = 6  # that the page paints with
 STRONG = 4  # times the usual saliency: what is drawn
 FILL = 70  # opacity of tints, of 255
@@ -118,38 +117,17 @@ def _lattice(found: Analysis) -> Pixels | None:
 
 
 def _courses(found: Analysis) -> Pixels | None:
-    """Return the lines between courses, and the head joints where they are clear."""
-    facts = _facts(found.exemplar)
-    lines, masonry = facts.courses, facts.masonry
+    """Return the lines between courses, two px thick."""
+    lines, out = _facts(found.exemplar).courses, _clear(found.exemplar)
     if lines is None:
         return None
-    upright = lines.axis == 1
-    out = _clear(found.exemplar)
-    drawn = out.swapaxes(0, 1) if upright else out
-    if masonry is not None and masonry.upright == upright:
-        _draw_joints(drawn, masonry.work)
-        _draw_lines(drawn, masonry.work.beds)
-    else:
-        _draw_lines(drawn, lines.at)
+    drawn = out.swapaxes(0, 1) if lines.axis == 1 else out
+    columns = np.arange(drawn.shape[1])
+    for line in np.asarray(lines.at, np.int64):
+        for row in (line, line + 1):
+            inside = (row >= 0) & (row < drawn.shape[0])
+            drawn[row[inside], columns[inside]] = LINE
     return out
-
-
-def _draw_lines(out: Array, rows: Array) -> None:
-    """Draw lines two px thick; `rows`: the row of every line in every column."""
-    columns = np.arange(out.shape[1])
-    for line in np.asarray(rows, np.int64):
-        for off in (0, 1):
-            inside = (line + off >= 0) & (line + off < out.shape[0])
-            out[line[inside] + off, columns[inside]] = LINE
-
-
-def _draw_joints(out: Array, work: Any) -> None:
-    for k, joints in work.of_course.items():
-        for joint in joints:
-            columns = np.clip(work.joints[joint], 0, out.shape[1] - 1)
-            rows = np.arange(len(columns))
-            inside = (rows >= work.beds[k][columns]) & (rows < work.beds[k + 1][columns])
-            out[rows[inside], columns[inside]] = JOINT
 
 
 def _striking(found: Analysis) -> Pixels | None:
@@ -230,7 +208,7 @@ def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
     size = (smap.height, smap.width)
     shape = tuple(-(-n // step) for n in size)
     out = np.zeros((*shape, 4), np.uint8)
-    _, opaque = heat(outcome, size, shape)
+    opaque = heat(outcome, size, shape) ** 0.6
     out[..., :3], out[..., 3] = ramp(HEAT, opaque), 230 * opaque
     out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
     return out

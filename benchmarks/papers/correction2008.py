@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..figures import Figure, Panels, given, row, synthesized
+from .figures import Figure, Panels, given, row, synthesized
 
 TITLE = "Memorandum of 2008 on the correction operation"
 AS_THERE = {"keep_lattice": "off", "channel_weights": (1.0,), "jitter": 0.3}

@@ -12,14 +12,16 @@ import pytest
 
 import intarsia as ia
 from intarsia.analysis.features import transformed
-from intarsia.published.__main__ import DOCUMENTS, main
-from intarsia.published.correction2008.figures import varied
-from intarsia.published.figures import Figure, Panel
-from intarsia.published.lopez_recas2011.figures import failures, goodness, sampled, tile_costs
-from intarsia.published.multrus2003.figures import avoided, costs, farness, labelled, laws
-from intarsia.published.robinson2004.figures import pair
-from intarsia.published.segments.figures import found
 from intarsia.testing import texture
+from papers.__main__ import DOCUMENTS, main
+from papers.correction2008 import varied
+from papers.figures import Figure, Panel
+from papers.lopez_recas2011 import failures, goodness, sampled, tile_costs
+from papers.multrus2003 import avoided, costs, farness, labelled, laws
+from papers.robinson2004 import pair
+from papers.segments import found
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def test_a_figure_is_written_with_its_panels_and_a_page(tmp_path: Path) -> None:
@@ -41,7 +43,7 @@ def test_a_figure_is_written_with_its_panels_and_a_page(tmp_path: Path) -> None:
 @pytest.mark.parametrize("document", DOCUMENTS.values())
 def test_figures_have_numbers_claims_and_functions(document: str) -> None:
     """No verdict goes by seconds."""
-    made = importlib.import_module(f"intarsia.published.{document}.figures")
+    made = importlib.import_module(f"papers.{document}")
     assert len({f.number for f in made.FIGURES}) == len(made.FIGURES)
     assert all(f.claim.endswith(".") and f.usual.startswith("sample:") for f in made.FIGURES)
     assert made.TITLE
@@ -140,8 +142,9 @@ def test_a_dearer_jump_set_leaves_larger_pieces() -> None:
 
 def test_the_command_writes_a_page_and_tells_errors_in_one_line(tmp_path: Path) -> None:
     ia.write(tmp_path / "e.png", np.asarray(tiles(64, 16).base.pixels))
-    words = [sys.executable, "-m", "intarsia.published", "003", "--exemplar", str(tmp_path / "e.png"), "--only", "1"]
-    done = [subprocess.run([*words, "-o", str(tmp_path / "o")], capture_output=True, text=True) for _ in (1, 2)]
+    words = [sys.executable, "-m", "benchmarks.papers", "003", "--exemplar", str(tmp_path / "e.png"), "--only", "1"]
+    words += ["-o", str(tmp_path / "o")]
+    done = [subprocess.run(words, capture_output=True, text=True, cwd=ROOT) for _ in (1, 2)]
     assert [one.returncode for one in done] == [0, 2], done
     assert sorted(p.name for p in (tmp_path / "o").iterdir()) == ["figure_1_a.png", "figure_1_b.png", "index.html"]
     assert done[1].stderr.startswith("intarsia: ")
@@ -150,6 +153,6 @@ def test_the_command_writes_a_page_and_tells_errors_in_one_line(tmp_path: Path) 
 
 def test_all_documents_are_made_each_in_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
-    monkeypatch.setattr("intarsia.published.__main__.write", lambda title, figures, e, out: asked.append(out) or out)
+    monkeypatch.setattr("papers.__main__.write", lambda title, figures, e, out: asked.append(out) or out)
     main(["all", "-o", str(tmp_path)])
     assert asked == [tmp_path / document for document in DOCUMENTS]

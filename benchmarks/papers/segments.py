@@ -5,25 +5,24 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from ...model import Exemplar
-from ...model.image import Plane
-from ...search import elements
-from ...tasks.drawings import segment_overlay
-from ..figures import Figure, Panel, Way, given, synthesized
-from .engine import published_segments
-from .segment_based import SegmentBased
+import intarsia as ia
+from intarsia.published.segments.engine import published_segments
+from intarsia.search import elements
+from intarsia.tasks.drawings import segment_overlay
+
+from .figures import Figure, Panel, Way, given, synthesized
 
 TITLE = "Fragments on patch-based synthesis by segments"
 AS_THERE = {"energy": "sum", "layout": "raster", "points": 1, "repeat_penalty": 0.0}
 
 
-def found(exemplar: Exemplar) -> list[Panel]:
+def found(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 1: the segments, and patch size and boundary zone that follow from them."""
     begun = time.perf_counter()
     segments = published_segments(exemplar, "sum")
     values = {"s": time.perf_counter() - begun, "a": float(segments.patch), "b": float(segments.zone)}
     values["elements"] = segments.patch / elements(exemplar).size
-    return [given(exemplar), Panel(segments.why, Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
+    return [given(exemplar), Panel(segments.why, ia.Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
 
 
 def patches(**more: Any) -> Way:
@@ -31,16 +30,16 @@ def patches(**more: Any) -> Way:
     return synthesized(512, "segment-based", AS_THERE | more)
 
 
-def sizes(exemplar: Exemplar) -> list[Panel]:
+def sizes(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 2: a patch that is too small, and one that is too large."""
     a = published_segments(exemplar, "sum").patch
     return [given(exemplar), patches(patch=max(a // 4, 4))(exemplar), patches(patch=2 * a)(exemplar)]
 
 
-def results(exemplar: Exemplar) -> list[Panel]:
+def results(exemplar: ia.Exemplar) -> list[Panel]:
     """Figures 3 and 4: the texture, synthesized with the sizes found."""
     made = patches()(exemplar)
-    side, wide = published_segments(exemplar, "sum").patch - 1, 100 * SegmentBased.hits
+    side, wide = published_segments(exemplar, "sum").patch - 1, 100 * ia.SegmentBased.hits
     share = wide / ((exemplar.height - side) * (exemplar.width - side))
     return [made._replace(values=made.values | {"compared": share})]
 

@@ -13,13 +13,11 @@ import numpy as np
 from scipy.ndimage import minimum_filter
 from scipy.signal import fftconvolve
 
-from ...analysis.features import transformed
-from ...foundation.arrays import Array
-from ...model import Exemplar
-from ...model.canvas import Guide
-from ...model.image import Kind, Plane
-from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, Way, cropped, given, listed, log_plot, row, shaded, synthesized
+import intarsia as ia
+from intarsia.analysis.features import transformed
+from intarsia.tasks.completion import extended
+
+from .figures import Figure, Panel, Way, cropped, given, listed, log_plot, row, shaded, synthesized
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 TILES, GRASS, GRAVEL = "sample:tiles", "sample:grass", "sample:gravel"
@@ -53,7 +51,7 @@ REPETITIONS = row(
 """Without and with the prevention of repetitions."""
 
 
-def multiresolution(exemplar: Exemplar) -> list[Panel]:
+def multiresolution(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 4.9: without and with the pyramid."""
     e = cropped(exemplar, 200)
     made = row(patches(200, "33.4 s"), patches(200, "1.0 s", **PYRAMID))(e)
@@ -62,7 +60,7 @@ def multiresolution(exemplar: Exemplar) -> list[Panel]:
     return [given(e), *(panel._replace(values=panel.values | {"differences": float(n[0])}) for panel, n in counted)]
 
 
-def laws(side: Array) -> dict[str, Array]:
+def laws(side: np.ndarray) -> dict[str, np.ndarray]:
     """Return the pixel differences per output pixel for square inputs, by the formulas of 2.3, 3.4 and 4.3.2."""
 
     def searched(places: Any, n: int) -> Any:
@@ -76,7 +74,7 @@ def laws(side: Array) -> dict[str, Array]:
     }  # fmt: skip
 
 
-def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
+def costs(exemplar: ia.Exemplar, curves: int) -> list[Panel]:
     """Figures 2.4, 3.8 and 4.8: the cost formulas over the side of the input; the gain by the last of them."""
     side = np.arange(64, 513)
     drawn = dict([*laws(side).items()][:curves])
@@ -85,7 +83,7 @@ def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
     return [Panel("differences for a pixel, input of 64 to 512 px", log_plot(side, drawn), values)]
 
 
-def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
+def farness(pixels: np.ndarray, block: np.ndarray, poses: Sequence[int]) -> Any:
     """Return the RMS distance of the seam above and left of a block to that of every block, in its best pose."""
     known = np.ones((*block.shape[:2], 1))
     known[5:, 5:] = 0
@@ -97,7 +95,7 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
     return np.sqrt(np.maximum(np.min(maps, axis=0), 0) / known.sum())
 
 
-def maps(exemplar: Exemplar, *ways: Sequence[int]) -> list[Panel]:
+def maps(exemplar: ia.Exemplar, *ways: Sequence[int]) -> list[Panel]:
     """Figures 3.12 and 4.2: distances of all blocks to the next one of a partial synthesis, each in its best pose.
 
     The part above and left of the next block is made on canvases that end there. `ways`: the poses of each panel.
@@ -109,15 +107,15 @@ def maps(exemplar: Exemplar, *ways: Sequence[int]) -> list[Panel]:
     begun = np.zeros((120, 200, *above.picture.samples.shape[2:]), above.picture.samples.dtype)
     begun[:90], begun[90:, :90] = above.picture.samples, left.picture.samples[90:120]
     found = [farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, poses) for poses in ways]
-    panels, ends = [above._replace(picture=Plane(begun))], [*map(np.min, found), *map(np.max, found)]
+    panels, ends = [above._replace(picture=ia.Plane(begun))], [*map(np.min, found), *map(np.max, found)]
     for poses, far in zip(ways, found, strict=True):
         low = (far == minimum_filter(far, 9)) & (far < (far.min() + np.median(far)) / 2)
         values = {"mean": float(far.mean()), "minima": float(low.sum()), "periodic": periodic(far)}
-        panels.append(Panel(f"distances, isometries {poses}", Plane(shaded(far, min(ends), max(ends))), values))
+        panels.append(Panel(f"distances, isometries {poses}", ia.Plane(shaded(far, min(ends), max(ends))), values))
     return panels
 
 
-def periodic(values: Array) -> float:
+def periodic(values: np.ndarray) -> float:
     """Return the highest autocorrelation of a map at shifts of 12 px or more, and of at most half its size."""
     around = [2 * n for n in values.shape]
     power = [np.abs(np.fft.rfft2(v, around)) ** 2 for v in (values - values.mean(), np.ones(values.shape))]
@@ -127,36 +125,36 @@ def periodic(values: Array) -> float:
     return float((moved[there] / shared[there]).max() / values.var())
 
 
-def continued(exemplar: Exemplar) -> list[Panel]:
+def continued(exemplar: ia.Exemplar) -> list[Panel]:
     """Figures 4.1 and 5.1: the input is extended to the right, with larger and larger sets of isometries."""
     e = cropped(exemplar, 150)
-    start = extended((e.source,), 0, Margins(right=e.width))
+    start = extended((e.source,), 0, ia.Margins(right=e.width))
     ways = isometries(None, "9 s", "23 s", "30 s", "45 s", start=start, candidates=2)
     return row(given, *ways)(e)
 
 
-def avoided(exemplar: Exemplar) -> list[Panel]:
+def avoided(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 5.2: a corner of the input is masked, and must not appear in the output."""
     pixels = exemplar.base.samples[:300, :300].copy()
     usable = np.ones(pixels.shape[:2], bool)
     usable[:50, :50] = False
     pixels[~usable] = 0
-    made = patches(300, "243 s")(Exemplar.of(pixels, usable=usable))
+    made = patches(300, "243 s")(ia.Exemplar.of(pixels, usable=usable))
     return [made._replace(values=made.values | {"marked": (made.picture.samples == 0).all(axis=2).sum()})]
 
 
-def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, str], **more: Any) -> list[Panel]:
+def labelled(exemplar: ia.Exemplar, side: int, dark: float, printed: dict[float, str], **more: Any) -> list[Panel]:
     """Figures 5.5 to 5.8: a disc of labels is filled from two regions, one darker; alpha weighs the guide."""
     side = min(side, exemplar.height, exemplar.width)
     y, x = np.mgrid[:side, :side]
     there, here = x > side / 2 + side / 20 * np.sin(y / 12), np.hypot(y - side / 2, x - side / 2) < side / 3
     pixels = exemplar.base.samples[:side, :side]
-    two = Exemplar.of(np.where(there[..., None], pixels * dark, pixels).astype(pixels.dtype))
-    source, target = (Plane(marks.astype(np.uint8), Kind.LABEL) for marks in (there, here))
+    two = ia.Exemplar.of(np.where(there[..., None], pixels * dark, pixels).astype(pixels.dtype))
+    source, target = (ia.Plane(marks.astype(np.uint8), ia.Kind.LABEL) for marks in (there, here))
     more = {"isometries": "both"} | ALIKE | more
-    panels = [given(two), Panel("labels", Plane(shaded(here * 1)))]
+    panels = [given(two), Panel("labels", ia.Plane(shaded(here * 1)))]
     for alpha, seconds in printed.items():
-        made = patches(side, seconds, guide=Guide(source, target, alpha), **more)(two)
+        made = patches(side, seconds, guide=ia.Guide(source, target, alpha), **more)(two)
         panels.append(made._replace(told=f"alpha {alpha}"))
     return panels
 

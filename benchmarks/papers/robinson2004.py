@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..figures import Figure, Panels, Way, row, synthesized
+from .figures import Figure, Panels, Way, row, synthesized
 
 TITLE = "Robinson 2004, An Implementation of the Efros and Freeman Image Quilting Algorithm"
 SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 14, "fence"),

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ...analysis.elements import autocorrelation
-from ...analysis.features import features
-from ...foundation.arrays import Array
-from ...model import Exemplar
-from ...model.image import Plane
-from ...regular.tile_search import best_tile
-from ..figures import Figure, Panel, Way, given, row, shaded, synthesized
-from .goodness import lattice_by_goodness
-from .goodness_kernels import ALPHA, MILLION, significant_sum
+import intarsia as ia
+from intarsia.analysis.elements import autocorrelation
+from intarsia.analysis.features import features
+from intarsia.published.lopez_recas2011.goodness import lattice_by_goodness
+from intarsia.published.lopez_recas2011.goodness_kernels import ALPHA, MILLION, significant_sum
+from intarsia.regular.tile_search import best_tile
+
+from .figures import Figure, Panel, Way, given, row, shaded, synthesized
 
 TITLE = "Lopez Recas 2011, Constrained Random Sampling and Gap Filling for Near-regular Texture Synthesis"
 USUAL = "sample:tiles"
@@ -28,7 +27,7 @@ def blocks(feather: int = 4, **more: Any) -> Way:
     return synthesized(SIZE, "gap-filling", settings, feather=feather)
 
 
-def tile(exemplar: Exemplar) -> Panel:
+def tile(exemplar: ia.Exemplar) -> Panel:
     """Make a panel of the best tile, repeated."""
     return synthesized(SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
 
@@ -37,12 +36,12 @@ quilted = synthesized(SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
 """A panel by image quilting, with blocks of the same size: 50 px, 10 px of overlap."""
 
 
-def vectors(exemplar: Exemplar) -> Array:
+def vectors(exemplar: ia.Exemplar) -> np.ndarray:
     """Return the lattice of best goodness, rows (dy, dx) in px."""
     return np.array(lattice_by_goodness(exemplar, (1.0,)), int)[:, ::-1]
 
 
-def goodness(exemplar: Exemplar) -> list[Panel]:
+def goodness(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 3.5: the autocorrelation, the lattice points of three pairs of vectors marked, and the pairs' goodness."""
     picture, found = features([exemplar], (1.0,)).pictures[0], vectors(exemplar)
     correlation, _ = autocorrelation(picture)
@@ -55,31 +54,31 @@ def goodness(exemplar: Exemplar) -> list[Panel]:
         marks[*inside.T] = 1
         drawn[binary_dilation(marks, iterations=3)] = 0
         good = {"goodness": (max(total, 0) / MILLION) ** ALPHA / max(count, 1)}
-        panels.append(Panel(f"{pair.tolist()}", Plane(drawn), good))
+        panels.append(Panel(f"{pair.tolist()}", ia.Plane(drawn), good))
     return panels
 
 
-def tile_costs(exemplar: Exemplar) -> list[Panel]:
+def tile_costs(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 4.6: border cost of every tile position; the best tile repeated, and the worst."""
     pair = vectors(exemplar)
     costs = best_tile(features([exemplar], (1.0,)).pictures[0], (256 * pair).tolist()).costs
     known = np.where(costs < 0, np.nan, costs)
-    panels, at = [Panel("costs", Plane(shaded(known)))], np.mgrid[:SIZE, :SIZE].T
+    panels, at = [Panel("costs", ia.Plane(shaded(known)))], np.mgrid[:SIZE, :SIZE].T
     inner = at - np.floor(at @ np.linalg.inv(pair)).astype(int) @ pair
     for n in (np.nanargmin(known), np.nanargmax(known)):
         y, x = (inner + np.unravel_index(n, known.shape)).T
-        panels.append(Panel("repeated", Plane(exemplar.base.pixels[y, x]), {"cost": known.flat[n]}))
+        panels.append(Panel("repeated", ia.Plane(exemplar.base.pixels[y, x]), {"cost": known.flat[n]}))
     return panels
 
 
-def sampled(exemplar: Exemplar) -> list[Panel]:
+def sampled(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 4.7: the randomly sampled blocks; the gaps are still empty."""
     pixels, (i, j) = blocks(0)(exemplar).picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
     pixels[(i + j) % 2 == 1] = 0
-    return [Panel("every second block", Plane(pixels))]
+    return [Panel("every second block", ia.Plane(pixels))]
 
 
-def failures(exemplar: Exemplar) -> list[Panel]:
+def failures(exemplar: ia.Exemplar) -> list[Panel]:
     """Figure 5.1: tiles of irregular and of regular colours, and bent ones; area of the tile found, in true tiles."""
     upright = np.mgrid[:180, :180]
     y, x = upright
@@ -89,8 +88,8 @@ def failures(exemplar: Exemplar) -> list[Panel]:
     tiles = (drawn, upright, 324), (150 - 16 * ((i + j) % 2), upright, 648), (150 - 16 * (j % 2), upright, 648)
     panels = []
     for shade, lines, true in (*tiles, (170, bent, 324)):
-        plane = Plane(np.where((lines % 18 < 2.5).any(axis=0), 40, shade).astype(np.uint8))
-        pair = vectors(Exemplar.of(plane.pixels))
+        plane = ia.Plane(np.where((lines % 18 < 2.5).any(axis=0), 40, shade).astype(np.uint8))
+        pair = vectors(ia.Exemplar.of(plane.pixels))
         panels.append(Panel(f"{pair.tolist()}", plane, {"tiles": abs(np.linalg.det(pair)) / true}))
     return panels
 
