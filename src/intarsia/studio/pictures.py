@@ -8,6 +8,7 @@ import zipfile
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from ..foundation import AUTO_METHOD, InputError, ParameterError, said
@@ -23,6 +24,7 @@ WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
 HELD = 64 << 20  # bytes of cached pictures
 AGAIN = 0.1  # s between two checks for other work
+LONGEST_WAY = 99  # steps of which an archive tells
 IDLE = 60.0  # s after which an idle process ends
 
 
@@ -144,22 +146,45 @@ class Showing:
 
         return await self.pictures.get(("report", row["id"]), draw)
 
+    def _steps(self, row: Row) -> list[Row]:
+        """Return the results of which each was made of the one before it, to the one given."""
+        steps = [row]
+        while len(steps) < LONGEST_WAY and steps[0]["exemplars"]:
+            exemplar = self.store.get("exemplars", steps[0]["exemplars"][0])
+            before = None if exemplar is None else self.store.get("results", exemplar.get("from", ""))
+            if before is None:
+                break
+            steps.insert(0, before)
+        return steps
+
     async def archive(self, row: Row) -> Path:
         """Write the command, its inputs and all files of a result into an archive; the caller removes it.
 
-        The command writes beside its inputs, so the files that were made are in a folder of their own.
+        The command writes beside its inputs, so the files that were made are in a folder of their own. Each step that
+        led to the exemplar has a folder with its command and inputs, and ``steps.txt`` runs them one after another.
         """
-        folder, place = self.store.begun("results"), self.store.place("results", row["id"])
+        folder, place, steps = self.store.begun("results"), self.store.place("results", row["id"]), self._steps(row)
+        homes = [f"{n}-{step['verb']}/" for n, step in enumerate(steps[:-1], 1)] + [""]
 
         def pack() -> Path:
-            path = folder / "all.zip"
+            path, script = folder / "all.zip", list[str]()
             with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
                 for entry in row["files"]:
                     archive.write(place / entry["name"], f"made/{entry['name']}")
-                for name, found in row.get("inputs", {}).items():
-                    if (place / found).is_file():  # its exemplar may be gone
-                        archive.write(place / found, name)
-                archive.writestr("command.txt", row["command"] + "\n")
+                for n, (home, step) in enumerate(zip(homes, steps, strict=True)):
+                    own = self.store.place("results", step["id"])
+                    for name, found in step.get("inputs", {}).items():
+                        if (own / found).is_file():  # its exemplar may be gone
+                            archive.write(own / found, home + name)
+                    archive.writestr(f"{home}command.txt", step["command"] + "\n")
+                    script.append("sh command.txt")
+                    if home:
+                        after = self.store.row("exemplars", steps[n + 1]["exemplars"][0])
+                        files = zip(step["pictures"], after["files"], strict=True)
+                        copied = [f"cp -- {quote(made)} {quote(f'../{homes[n + 1]}{name}')}" for made, name in files]
+                        script[-1] = f"({' && '.join([f'cd {home}', script[-1], *copied])}) &&"
+                if len(steps) > 1:
+                    archive.writestr("steps.txt", "\n".join(script) + "\n")
             return path
 
         try:

@@ -56,8 +56,8 @@ class Uploads:
     def __init__(self, store: Store, looker: Process) -> None:
         self.store, self.looker = store, looker
 
-    async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
-        """Store the files of one exemplar, given as (name, contents)."""
+    async def exemplar(self, parts: Sequence[tuple[str, bytes]], more: Row | None = None) -> Row:
+        """Store the files of one exemplar, given as (name, contents), and what more is known of it."""
         with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
@@ -66,7 +66,7 @@ class Uploads:
                     raise InputError(f"two files are called {own}; rename one.")
                 names.append(own)
                 await asyncio.to_thread((folder / own).write_bytes, data)
-            return await self.kept(folder, names)
+            return await self.kept(folder, names, more)
 
     async def sample(self, name: Any) -> Row:
         """Add a built-in exemplar."""
@@ -86,7 +86,8 @@ class Uploads:
         down = source is not None and any(plane["normals"] == "dx" for plane in source["planes"])
         normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
         called = {name: f"{Path(name).stem.removesuffix('_normal')}_normal_dx{Path(name).suffix}" for name in normals}
-        return await self.exemplar([(called.get(name, name), (place / name).read_bytes()) for name in row["pictures"]])
+        parts = [(called.get(name, name), (place / name).read_bytes()) for name in row["pictures"]]
+        return await self.exemplar(parts, {"from": row["id"]})
 
     async def _looked(self, paths: list[str]) -> Row:
         seen, _ = await self.looker.ask("look", within=WITHIN, paths=paths)
@@ -105,10 +106,10 @@ class Uploads:
             path.replace(self.store.place("images", row["id"]))
             return row
 
-    async def kept(self, folder: Path, names: list[str]) -> Row:
-        """Store an exemplar whose files were written into a folder."""
+    async def kept(self, folder: Path, names: list[str], more: Row | None = None) -> Row:
+        """Store an exemplar whose files were written into a folder, and what more is known of it."""
         row = await self._looked([str(folder / name) for name in names])
-        row |= {"id": digest(folder.iterdir()), "files": names}
+        row |= {"id": digest(folder.iterdir()), "files": names} | (more or {})
         return self.store.keep("exemplars", folder, row)
 
     @contextmanager

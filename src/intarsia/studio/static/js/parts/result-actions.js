@@ -22,8 +22,8 @@ export function resultActions(result, plane, onward) {
   const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
   const planes = planesOf(result);
   const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
-  for (const file of files) more.append(link(fileOf(result, file.name), file.name, file.name, weight(file.bytes)));
-  more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
+  for (const file of files) more.append(link(fileOf(result, file.name), named(result, file.name), file.name, weight(file.bytes)));
+  more.append(link(`/api/results/${result.id}/all.zip`, named(result, `${stem(main?.name ?? "result")}.zip`), "All as a zip", "with its steps"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
@@ -41,10 +41,26 @@ export function resultActions(result, plane, onward) {
   const made = [command, around];
   if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));
   if (main) {
-    const download = el("a", { class: "button framed", href: fileOf(result, main.name), download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
+    const download = el("a", { class: "button framed", href: fileOf(result, main.name), download: named(result, main.name) }, icon("down"), el("span", { class: "label" }, "Download"));
     made.unshift(download);
   }
   return made;
+}
+
+/** @param {string} name */
+function stem(name) {
+  return name.replace(/\.\w+$/, "");
+}
+
+/**
+ * A name of a file that tells method and seed, so that those of several results do not collide.
+ * @param {import("../core/types.js").Result} result
+ * @param {string} name
+ */
+export function named(result, name) {
+  const { method, seed } = result.options;
+  const told = [method && method !== "auto" ? method : "", seed ? `s${seed}` : ""].filter(Boolean).map((word) => `_${word}`);
+  return stem(name) + told.join("") + name.slice(stem(name).length);
 }
 
 /**
@@ -71,7 +87,7 @@ function reportButton(result, name) {
     await tried(async () => {
       const page = new Blob([await bytes(`/api/results/${result.id}/report.html`)], { type: "text/html" });
       const href = URL.createObjectURL(page);
-      link(href, name.replace(/\.\w+$/, "_report.html"), "").click();
+      link(href, named(result, `${stem(name)}_report.html`), "").click();
       setTimeout(() => URL.revokeObjectURL(href), 60_000);
     });
     made.textContent = "Report";
