@@ -204,6 +204,35 @@ def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: st
         assert Path(path.name).read_bytes() == path.read_bytes(), path
 
 
+def test_the_archive_of_a_third_step_runs_all_three(served: Served) -> None:
+    """Each step has its inputs of equal names in a folder of its own."""
+    name = served.exemplar(wall_albedo=png(pixels()), wall_nor_dx=png(np.dstack([pixels()[..., 0], left(), left()])))["id"]
+    results = []
+    for mask in (hole(), np.roll(hole(), 9, 1)):
+        asked = {"mask": [served.image(mask)], "patch": "6", "method": "image-quilting"}
+        results.append(served.done("heal", [name], **asked))
+        name = served.post("/api/exemplars", {"result": results[-1]["id"]})["id"]
+    last = served.done("extend", [name], right=12, method="image-quilting", patch="8")
+    with zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/results/{last['id']}/all.zip"))) as archive:
+        archive.extractall()
+    assert sorted(path.name for path in Path().iterdir() if path.is_dir()) == ["1-heal", "2-heal", "made"]
+    for home in (Path("2-heal"), Path()):
+        taken = [path for path in home.iterdir() if path.name.startswith("wall_healed")]
+        assert len(taken) == 2
+        for path in taken:  # what a step makes is what the next one is made of
+            path.unlink()
+    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
+    done = subprocess.run(["sh", "steps.txt"], capture_output=True, text=True, env=env, check=False)
+    assert done.returncode == 0, done.stderr
+    made = [path for path in Path("made").iterdir() if path.name != "map.npz"]
+    assert len(made) == 2
+    for path in made:
+        assert Path(path.name).read_bytes() == path.read_bytes(), path
+    for home, result in (("1-heal", results[0]), ("2-heal", results[1])):
+        for file, data in served.files(result).items():
+            assert file == "map.npz" or Path(home, file).read_bytes() == data
+
+
 def test_a_result_that_is_drawn_again_is_so_beside_its_archive(served: Served, small: str) -> None:
     grown = served.done("grow", [small], **QUICK)
     softer = served.done("render", [small], map=grown["id"], feather=3)
