@@ -28,7 +28,7 @@ help:
 	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows; SHARE=10: a tenth)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
-	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents and kills (now N=$(N))"
+	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents, kills and damaged caches (now N=$(N))"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
 	@echo "make docs      build the documentation as a site in build/site, and check its links"
 	@echo "make pictures  remake the pictures of the documentation"

@@ -72,7 +72,7 @@ def warming(cache: Path) -> list[Result]:
     """Warm up an empty cache, then a full one."""
     r = unit_r()
     wall, cpu = run((*PYTHON, "warm-up", "--quiet"), cache)
-    kept = [path.stat().st_size for path in cache.rglob("*.nb?")]
+    kept = [path.stat().st_size for path in cache.rglob("*.kernel")]
     _, again = run((*PYTHON, "warm-up", "--quiet"), cache)
     about = f"{cpu:.0f} s CPU, R {1000 * r:.0f} ms, {os.cpu_count()} cores"
     return [

@@ -18,11 +18,14 @@ from skimage import data
 from skimage.transform import ProjectiveTransform, warp
 
 import intarsia as ia
-from intarsia.published.multrus2003.figures import maps
 from intarsia.tasks.drawings import pictures_of, segment_overlay
 from intarsia.tasks.scoring import Outcome
 
 FOLDER = Path(__file__).resolve().parent / "images"
+sys.path.append(str(FOLDER.parents[1]))
+
+from benchmarks.papers.multrus2003 import maps  # noqa: E402 (found from the root)
+
 GAP = 16  # px between pictures
 WHITE = 255
 PART = 160  # px of an exemplar, as the README shows it

@@ -277,7 +277,7 @@ def test_replay_wants_the_pictures_again(here: None) -> None:
     assert run(*GROW, "a.png", "--jitter-output", "map.png")[0] == 0
     replay = "replay", "a.png", "-e", "e.png", "-o", "b.png"
     for words, code, told in (
-        ((), 2, "a.png was made with --picture jitter_output=FILE: its recipe holds"),
+        ((), 2, "a.png was made with a picture as jitter_output; name it with --picture jitter_output=FILE."),
         (("jitter_output=other.png",), 3, "other.png is another picture than the recipe has as jitter_output"),
         (("jitter_output=small.png",), 3, "small.png is another picture than the recipe has as jitter_output"),
         (("jitter_output=missing.png",), 3, "missing.png does not exist"),

@@ -1,1 +1,1 @@
-"""Campaigns of mutated files and kills: `make fuzz N=1000`. No part of `make test`."""
+"""Campaigns of mutated files, kills and damaged caches: `make fuzz N=1000`. No part of `make test`."""

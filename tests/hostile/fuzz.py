@@ -6,7 +6,7 @@ import sys
 from argparse import ArgumentParser
 from importlib import import_module
 
-CAMPAIGNS = {"mutants": 1, "documents": 2, "kills": 50}
+CAMPAIGNS = {"mutants": 1, "documents": 2, "kills": 50, "caches": 50}
 """Name -> which part of the number is tried: a kill takes as long as many pictures."""
 
 

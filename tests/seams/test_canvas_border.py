@@ -94,6 +94,6 @@ def test_the_exemplar_is_used_to_its_border(monkeypatch: pytest.MonkeyPatch) -> 
                   for name, seed in (("pebbles", 1), ("pebbles", 2))]  # fmt: skip
         never.append(np.mean([(c == 0).mean() for c in counts]))
         outer.append(np.mean([c[:8].mean() + c[-8:].mean() + c[:, :8].mean() + c[:, -8:].mean() for c in counts]))
-        monkeypatch.setattr(graphcut_moves, "ending", lambda sewn, boxes, run: [None] * len(boxes))
+        monkeypatch.setattr(graphcut_moves, "border_candidates", lambda sewn, boxes, run: [None] * len(boxes))
     assert never[0] < 0.09 < never[1], never
     assert outer[0] > 1.3 * outer[1], outer

@@ -1,8 +1,12 @@
-"""Compiled kernels that several rooms share, and the folder in which numba keeps them.
+"""Compiled kernels that several rooms share, and the disk cache of compiled kernels.
 
-What numba keeps is a pickle with machine code: whoever can write one can run anything. So a folder that others may
-write to is not used. Listeners for compilation and for trouble with the folder are registered here, without importing
-numba.
+The cache has one file for each kernel, which is verified before it is loaded, and compiled again if it is damaged.
+
+An entry is a pickle with machine code: whoever can write one can run anything, and a damaged one can do anything. So a
+folder that others may write to is not used, and nothing of an entry is loaded before its length and its digest
+are verified. The digest covers the identity of the kernel, too: the entry of another kernel counts as damaged.
+
+Listeners for compilation and for trouble with the folder are registered here, without importing numba.
 """
 
 from __future__ import annotations
@@ -12,33 +16,54 @@ import hashlib
 import os
 import shutil
 import stat
-import tempfile
+import uuid
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 KEPT = 3
+MARK = b"intarsia kernel1"
+HEADER = len(MARK) + 8 + 32  # the mark, the length of what follows, its digest
+LARGEST = 1 << 26  # bytes of an entry; ours have 20 to 900 kB
 ROOT = Path(__file__).parents[1]
+DAMAGED = "a compiled kernel in {} was damaged; it is compiled anew, which may take a minute."
+
+_READ = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_BINARY", "O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC"))
+_WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 
 _waiting: list[Callable[[], None]] = []
 _listeners: list[Callable[[str], None]] = []
-_troubles: list[str] = []
+_troubles: dict[str, str] = {}  # kind -> the line that reported it
+
+
+class Unfit(Exception):
+    """An entry of the cache is damaged, or of another kernel."""
 
 
 def on_trouble(tell: Callable[[str], None]) -> None:
-    """Call `tell` with the line about a folder that cannot be used, also if it was said before.
+    """Call `tell` with each line about a cache that is damaged or cannot be used, also with earlier ones.
 
-    Without a listener it is a RuntimeWarning. It is said once in a process.
+    Without a listener such a line is a RuntimeWarning. Each kind is reported once in a process.
     """
     _listeners.append(tell)
-    for line in _troubles:
+    for line in _troubles.values():
         tell(line)
 
 
 def troubled() -> bool:
     """Return whether trouble with the cache was reported in this process."""
     return bool(_troubles)
+
+
+def say(kind: str, line: str) -> None:
+    if kind in _troubles:
+        return
+    _troubles[kind] = line
+    for tell in _listeners:
+        tell(line)
+    if not _listeners:
+        warnings.warn(line, RuntimeWarning, stacklevel=3)
 
 
 def on_first_compilation(announce: Callable[[], None]) -> None:
@@ -56,6 +81,62 @@ def compilation_begins() -> None:
     """Call the listeners: a kernel is about to be compiled."""
     while _waiting:
         _waiting.pop(0)()
+
+
+def read_entry(path: str, identity: bytes) -> bytes | None:
+    """Return the payload of an entry, None if there is no entry; raise Unfit if it is damaged."""
+    try:
+        handle = os.open(path, _READ)
+    except FileNotFoundError:
+        return None
+    except OSError as e:  # such as a link
+        raise Unfit from e
+    try:
+        found = os.fstat(handle)
+        if not stat.S_ISREG(found.st_mode) or not HEADER < found.st_size <= LARGEST or _flaw(found):
+            raise Unfit
+        with os.fdopen(handle, "rb", closefd=False) as file:
+            header, payload = file.read(HEADER), file.read()
+    except OSError as e:
+        raise Unfit from e
+    finally:
+        os.close(handle)
+    if header != _header(identity, payload):
+        raise Unfit
+    return payload
+
+
+def write_entry(path: str, identity: bytes, payload: bytes) -> None:
+    """Write an entry atomically, also while others write the same one, or remove the folder."""
+    hidden = f"{path}.{os.getpid():x}-{uuid.uuid4().hex[:16]}"
+    try:
+        handle = os.open(hidden, _WRITE, 0o600)
+    except FileNotFoundError:
+        os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)
+        handle = os.open(hidden, _WRITE, 0o600)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(_header(identity, payload) + payload)
+        os.replace(hidden, path)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(hidden)
+        raise
+
+
+def _header(identity: bytes, payload: bytes) -> bytes:
+    digest = hashlib.sha256(identity)
+    digest.update(payload)
+    return MARK + len(payload).to_bytes(8, "little") + digest.digest()
+
+
+def drop(path: str) -> None:
+    """Remove a file or folder in place of an entry."""
+    with suppress(OSError):
+        try:
+            os.unlink(path)
+        except (IsADirectoryError, PermissionError):
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _flaw(found: os.stat_result) -> str | None:
@@ -98,14 +179,14 @@ def cache_folder() -> str | None:
             fresh = not os.path.lexists(folder)
             folder.mkdir(mode=0o700, exist_ok=True)
             flaw = _flaw(folder.lstat())
-            if flaw is None:
-                tempfile.TemporaryFile(dir=folder).close()
-                os.utime(folder)
     except OSError as e:
-        flaw = (e.strerror or str(e)).lower()
-    if flaw is not None:
-        _not_kept(folder, flaw)
+        not_kept(str(folder), (e.strerror or str(e)).lower())
         return None
+    if flaw is not None:
+        not_kept(str(folder), flaw)
+        return None
+    with suppress(OSError):  # it may be read only
+        os.utime(folder)
     if fresh:
         _prune(home)
     return str(folder)
@@ -116,16 +197,12 @@ def _sticky(found: os.stat_result) -> bool:
     return bool(found.st_mode & stat.S_ISVTX) and found.st_uid in (getattr(os, "geteuid", int)(), 0)
 
 
-def _not_kept(folder: Path, why: str) -> None:
-    line = (
+def not_kept(folder: str, why: str) -> None:
+    say(
+        "folder",
         f"compiled kernels are not kept in {folder} ({why}), so each start compiles them; "
-        "name a folder of your own in INTARSIA_CACHE."
+        "name a folder of your own in INTARSIA_CACHE.",
     )
-    _troubles.append(line)
-    for tell in _listeners:
-        tell(line)
-    if not _listeners:
-        warnings.warn(line, RuntimeWarning, stacklevel=4)
 
 
 def _prune(home: Path) -> None:

@@ -329,6 +329,8 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
 
 
 def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list[int]:
+    if not guide.is_labels:
+        return []
     every = [(e, numbered_labels(source, guide.names)) for e, source in zip(exemplars, guide.sources, strict=True)]
 
     def there(k: int, e: Exemplar, ids: Array) -> bool:

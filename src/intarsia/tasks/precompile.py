@@ -120,11 +120,11 @@ def _planes() -> Record:
 
 
 def _pixels(slug: str, values: Record, run: Run) -> None:
-    """Render planes of every kind: copied, feathered, tone-corrected, and interpolated if the map is rotated."""
+    """Render planes of every kind: copied, feathered and tone-corrected, or interpolated if the map is rotated."""
     planes = _planes()
     grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)
     for plane in planes:
-        for feather in (0, 3):
+        for feather in (0, 3) if grown.map.exact else (0,):
             grown.render(plane, feather=feather, run=run)
         if grown.map.exact:
             grown.render(plane, finish=(Levelling(8),), run=run)
