@@ -206,7 +206,8 @@ def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: st
 
 def test_the_archive_of_a_third_step_runs_all_three(served: Served) -> None:
     """Each step has its inputs of equal names in a folder of its own."""
-    name = served.exemplar(wall_albedo=png(pixels()), wall_nor_dx=png(np.dstack([pixels()[..., 0], left(), left()])))["id"]
+    slopes = np.dstack([pixels()[..., 0], left(), left()])
+    name = served.exemplar(wall_albedo=png(pixels()), wall_nor_dx=png(slopes))["id"]
     results = []
     for mask in (hole(), np.roll(hole(), 9, 1)):
         asked = {"mask": [served.image(mask)], "patch": "6", "method": "image-quilting"}
