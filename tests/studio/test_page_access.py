@@ -181,7 +181,7 @@ def test_the_keyboard_reaches_every_control_in_order_and_shows_where_it_is(fille
 
 def test_the_focus_stays_where_it_is_while_a_job_goes_on(page: Desk) -> None:
     page.sample("pebbles")
-    page.button("8 times the exemplar").click()
+    page.button("8 times the example").click()
     page.button("Grow").click()
     cancel = page.button("Cancel")
     cancel.focus()

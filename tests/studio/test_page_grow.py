@@ -80,7 +80,7 @@ def test_what_is_no_picture_is_refused_in_one_line(page: Desk) -> None:
 
 def test_a_job_is_cancelled(page: Desk) -> None:
     page.sample("pebbles")
-    page.button("8 times the exemplar").click()
+    page.button("8 times the example").click()
     page.button("Grow").click()
     expect(page.page.get_by_role("progressbar")).to_be_visible()
     page.button("Cancel").click()
@@ -91,7 +91,7 @@ def test_a_job_is_cancelled(page: Desk) -> None:
 def test_settings_are_sent_undone_and_redone(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
-    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    page.page.get_by_role("group").filter(has_text="Options of").first.locator("summary").click()
     page.page.get_by_role("spinbutton", name="Tolerance", exact=True).fill("0.3")
     page.page.get_by_label("Search").select_option("exact")
     page.radio("Both").click()
@@ -110,7 +110,7 @@ def test_settings_are_sent_undone_and_redone(page: Desk) -> None:
 def test_every_parameter_of_a_method_has_a_field(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
-    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    page.page.get_by_role("group").filter(has_text="Options of").first.locator("summary").click()
     methods = page.served.get("/api/schema")["methods"]
     for told in next(m["parameters"] for m in methods if m["slug"] == "image-quilting"):
         field = page.page.locator(f"#option-{told['name']}")
@@ -138,7 +138,7 @@ def test_escape_closes_the_list_of_methods(page: Desk) -> None:
 def test_a_refused_job_says_why(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
-    page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
+    page.page.get_by_role("group").filter(has_text="Options of").first.locator("summary").click()
     page.page.locator("#option-patch").fill("1000")
     page.button("Grow").click()
     expect(page.page.get_by_role("alert")).to_contain_text("patch")
@@ -231,9 +231,9 @@ def test_so_often_the_exemplar_stays_so_when_another_one_comes(page: Desk) -> No
     page.drop(wide=png(pixels(32, 48)))
     page.page.get_by_role("heading", name="wide", exact=True).wait_for()
     width, height = (page.page.get_by_role("spinbutton", name=f"{side} in px") for side in ("Width", "Height"))
-    expect(page.button("2 times the exemplar")).to_have_attribute("aria-pressed", "true")
-    page.button("3 times the exemplar").click()
-    expect(page.button("3 times the exemplar")).to_have_attribute("aria-pressed", "true")
+    expect(page.button("2 times the example")).to_have_attribute("aria-pressed", "true")
+    page.button("3 times the example").click()
+    expect(page.button("3 times the example")).to_have_attribute("aria-pressed", "true")
     assert [width.get_attribute("placeholder"), height.get_attribute("placeholder")] == ["144", "96"]
     page.drop(high=png(pixels(40, 20)))
     page.page.get_by_role("heading", name="high", exact=True).wait_for()
@@ -242,8 +242,8 @@ def test_so_often_the_exemplar_stays_so_when_another_one_comes(page: Desk) -> No
     expect(page.page.locator(".strip .thumb")).to_have_count(1)
     assert page.jobs[-1]["options"] == {"size": "60x120"}
     width.fill("70")
-    expect(page.button("3 times the exemplar")).to_have_attribute("aria-pressed", "false")
-    page.button("2 times the exemplar").click()
+    expect(page.button("3 times the example")).to_have_attribute("aria-pressed", "false")
+    page.button("2 times the example").click()
     expect(width).to_have_value("")
 
 
@@ -254,7 +254,7 @@ def test_a_size_that_is_not_allowed_is_refused(page: Desk) -> None:
     said = "Width in px: 99999 is not allowed; give a whole number from 1 to 65536."
     expect(page.page.get_by_role("alert")).to_have_text(said)
     page.room("Paint")
-    page.button("8 times the exemplar").click()
+    page.button("8 times the example").click()
     page.page.get_by_role("spinbutton", name="Width in px").fill("8200")
     page.button("Grow").click()
     expect(page.page.get_by_role("alert")).to_contain_text("8200x8200 cannot be painted")

@@ -192,7 +192,7 @@ def test_the_report_is_taken(look: Desk) -> None:
     look.page.get_by_role("button", name="Score").wait_for(timeout=60_000)
     with look.page.expect_download(timeout=60_000) as got:
         look.button("Report").click()
-    assert got.value.suggested_filename == "tiles_grown_report.html"
+    assert got.value.suggested_filename == "tiles_grown_image-quilting_report.html"
     text = got.value.path().read_text("utf-8")
     assert text.encode() == look.served.bytes(f"/api/results/{look.result}/report.html")
     assert text.startswith("<!DOCTYPE html>")
@@ -204,7 +204,7 @@ def test_the_report_is_taken(look: Desk) -> None:
 def test_a_preview_that_is_gone_when_it_is_asked_for_is_no_error(page: Desk) -> None:
     page.page.route("**/preview.png?*", lambda route: route.fulfill(status=204))
     page.sample("pebbles")
-    page.button("3 times the exemplar").click()
+    page.button("3 times the example").click()
     page.button("Grow").click()
     page.grown()
     expect(page.page.locator(".toast")).to_have_count(0)

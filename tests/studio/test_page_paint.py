@@ -203,7 +203,7 @@ def test_labels_are_proposed_from_the_segments_and_taken_back(paint: Desk) -> No
 def test_a_label_that_is_marked_nowhere_is_told_before_anything_is_asked_for(paint: Desk) -> None:
     paint.stroke((5, 5), (50, 40), number=1)
     paint.button("Grow").click()
-    expect(paint.page.get_by_role("alert")).to_contain_text("Label 2 is wanted, but marked nowhere in the exemplar")
+    expect(paint.page.get_by_role("alert")).to_contain_text("Label 2 is wanted, but marked nowhere in the example")
     assert paint.jobs == []
     paint.stroke((20, 20), (200, 150), number=0)
     paint.button("Grow").click()
