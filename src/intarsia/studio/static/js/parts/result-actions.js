@@ -87,7 +87,7 @@ function reportButton(result, name) {
     await tried(async () => {
       const page = new Blob([await bytes(`/api/results/${result.id}/report.html`)], { type: "text/html" });
       const href = URL.createObjectURL(page);
-      link(href, named(result, `${stem(name)}_report.html`), "").click();
+      link(href, `${stem(named(result, name))}_report.html`, "").click();
       setTimeout(() => URL.revokeObjectURL(href), 60_000);
     });
     made.textContent = "Report";
