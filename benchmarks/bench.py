@@ -475,7 +475,7 @@ def case_near_regular() -> list[Result]:
     anywhere, short = ((1.0, 0.0), (0.0, 1.0)), ((16.24, 16.22), (15.84, -16.14))
     return [
         timed("near-regular, 1024x1024 from 256x256, lattice known", 20, work()),
-        timed("gap-filling, the same, blocks of 40", 12, work(kind=plain)),
+        timed("gap-filling, the same, blocks of 40", 6, work(kind=plain)),
         timed("the same, a weave with a period of 16 px", 20, work(weave(), lattice=short)),
         timed("gap-filling, the weave, blocks of 40", 6, work(weave(), plain, lattice=short)),
         timed("gap-filling, by correlation", None, work(kind=plain, fit="correlation")),

@@ -180,7 +180,7 @@ BUDGET = {
     "foundation": 9_271,
     "model": 9_890,
     "disk": 2_783,
-    "files": 12_979,
+    "files": 13_342,
     "giant": 6_960,
     "judging": 9_150,
     "kernels": 14_203,

@@ -187,6 +187,17 @@ ASKED: dict[str, Callable[[Served], tuple[str, dict[str, Any]]]] = {
 }  # fmt: skip
 
 
+def run_again(script: str) -> None:
+    """Run a script of an archive: it makes the two planes that lie in the folder of what was made."""
+    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
+    done = subprocess.run(["sh", script], capture_output=True, text=True, env=env, check=False)
+    assert done.returncode == 0, done.stderr
+    made = [path for path in Path("made").iterdir() if path.name != "map.npz"]
+    assert len(made) == 2
+    for path in made:
+        assert Path(path.name).read_bytes() == path.read_bytes(), path
+
+
 @pytest.mark.parametrize("case", ASKED)
 def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: str, served: Served) -> None:
     verb, options = ASKED[case](served)
@@ -195,13 +206,7 @@ def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: st
     with zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/results/{result['id']}/all.zip"))) as archive:
         archive.extractall()
     assert set(result["inputs"]) == {path.name for path in Path().iterdir()} - {"made", "command.txt"}
-    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
-    done = subprocess.run(["sh", "command.txt"], capture_output=True, text=True, env=env, check=False)
-    assert done.returncode == 0, done.stderr
-    made = [path for path in Path("made").iterdir() if path.name != "map.npz"]
-    assert len(made) == 2
-    for path in made:
-        assert Path(path.name).read_bytes() == path.read_bytes(), path
+    run_again("command.txt")
 
 
 def test_the_archive_of_a_third_step_runs_all_three(served: Served) -> None:
@@ -222,13 +227,7 @@ def test_the_archive_of_a_third_step_runs_all_three(served: Served) -> None:
         assert len(taken) == 2
         for path in taken:  # what a step makes is what the next one is made of
             path.unlink()
-    env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
-    done = subprocess.run(["sh", "steps.txt"], capture_output=True, text=True, env=env, check=False)
-    assert done.returncode == 0, done.stderr
-    made = [path for path in Path("made").iterdir() if path.name != "map.npz"]
-    assert len(made) == 2
-    for path in made:
-        assert Path(path.name).read_bytes() == path.read_bytes(), path
+    run_again("steps.txt")
     for home, result in (("1-heal", results[0]), ("2-heal", results[1])):
         for file, data in served.files(result).items():
             assert file == "map.npz" or Path(home, file).read_bytes() == data

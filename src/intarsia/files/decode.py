@@ -110,7 +110,7 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
 def _png(picture: PictureFile) -> Decoded:
     """Decode a PNG; a colour that stands for transparency becomes an alpha."""
     data = picture.data()
-    png.check_chunks(data, picture.name)
+    packed = png.check_chunks(data, picture.name)
     with pillow_opened("png", data) as image:
         (width, height), packing, info = image.size, image.tile[0].args, image.info
         check_size(picture.name, width, height, side=PNG_SIDE)
@@ -118,6 +118,8 @@ def _png(picture: PictureFile) -> Decoded:
         cost = 4 + 12 * (packing in DEEP) + 8 * (clear is not None)
         check_decoding_cost(picture.name, cost * width * height, len(data))
         pixels = _deep(data, packing) if packing in DEEP else _loaded(image)
+        if image.mode == "P" or "interlace" in info or not pixels[-1].any():  # else nothing is missing
+            png.check_whole(data[16:29], packed, picture.name)
     if clear is not None:
         key = np.multiply(clear, {"1": 255, "L;2": 85, "L;4": 17}.get(packing, 1))
         opaque = (np.atleast_3d(pixels) != key).any(axis=2)

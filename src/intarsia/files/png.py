@@ -26,14 +26,23 @@ BAND = 1 << 18
 ADLER, LAST = 65521, 0x0300
 """Modulus of Adler-32 (RFC 1950), and an empty block that ends a deflate stream (RFC 1951, 3.2.6)."""
 
+ADAM7 = (
+    (0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2),
+)  # fmt: skip
+"""The passes of interlaced pixels: the first column and row of each, and the steps to the next (ISO/IEC 15948, 8.2)."""
+
+
 def chunk(kind: bytes, body: bytes) -> bytes:
     """Return a chunk of a PNG with its length and its checksum."""
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
 
 
-def check_chunks(data: bytes, name: str) -> None:
-    """Raise InputError if a checksum of a PNG is wrong or a chunk is missing: Pillow checks none of the pixels'."""
-    view, pos, kinds = memoryview(data), 8, [b""]
+def check_chunks(data: bytes, name: str) -> list[memoryview]:
+    """Return the packed pixels of a PNG; InputError if a checksum is wrong or a chunk is missing.
+
+    Pillow checks none of the pixels'.
+    """
+    view, pos, kinds, packed = memoryview(data), 8, [b""], list[memoryview]()
     while kinds[-1] != b"IEND":
         head = data[pos : pos + 8]
         end = pos + 12 + int.from_bytes(head[:4], "big")
@@ -42,9 +51,28 @@ def check_chunks(data: bytes, name: str) -> None:
         if zlib.crc32(view[pos + 4 : end - 4]) != int.from_bytes(view[end - 4 : end], "big"):
             raise damaged_error(name, f"the checksum of its part {head[4:].decode('latin-1')!r} is wrong")
         kinds.append(head[4:])
+        packed += [view[pos + 8 : end - 4]] * (kinds[-1] == b"IDAT")
         pos = end
-    if kinds[1] != b"IHDR" or b"IDAT" not in kinds:
+    if kinds[1] != b"IHDR" or not packed:
         raise damaged_error(name, "it holds no pixels")
+    return packed
+
+
+def check_whole(header: bytes, packed: list[memoryview], name: str) -> None:
+    """Raise InputError if fewer pixels are packed than the header of a PNG says: Pillow leaves the others black."""
+    width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", header)
+    bits, missing = depth * {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}[colour], 0
+    for x, y, across, down in ADAM7 if interlaced else ((0, 0, 1, 1),):
+        columns, rows = -(-(width - x) // across), -(-(height - y) // down)
+        missing += rows * (1 + -(-columns * bits // 8)) * (columns > 0 and rows > 0)
+    unpacker = zlib.decompressobj()
+    for part in packed:
+        rest: bytes | memoryview = part
+        while rest and missing > 0:
+            missing -= len(unpacker.decompress(rest, BAND))
+            rest = unpacker.unconsumed_tail
+    if missing > 0:
+        raise damaged_error(name, "it ends before all pixels are told")
 
 
 def encode_png(

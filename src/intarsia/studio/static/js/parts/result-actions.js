@@ -57,7 +57,7 @@ function stem(name) {
  * @param {import("../core/types.js").Result} result
  * @param {string} name
  */
-export function named(result, name) {
+function named(result, name) {
   const { method, seed } = result.options;
   const told = [method && method !== "auto" ? method : "", seed ? `s${seed}` : ""].filter(Boolean).map((word) => `_${word}`);
   return stem(name) + told.join("") + name.slice(stem(name).length);
