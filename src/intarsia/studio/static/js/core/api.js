@@ -7,21 +7,14 @@
 
 /** What the server refused; the message is its line. */
 export class Refused extends Error {
-  /**
-   * @param {string} line
-   * @param {number} status
-   */
+  /** @param {string} line @param {number} status */
   constructor(line, status) {
     super(line);
     this.status = status;
   }
 }
 
-/**
- * @param {string} path
- * @param {RequestInit} [how]
- * @returns {Promise<Response>}
- */
+/** @param {string} path @param {RequestInit} [how] @returns {Promise<Response>} */
 async function ask(path, how = {}) {
   const headers = { "X-Intarsia": "1", ...(how.headers ?? {}) };
   let answer;
@@ -41,19 +34,12 @@ async function ask(path, how = {}) {
   throw new Refused(line, answer.status);
 }
 
-/**
- * @param {string} path
- * @returns {Promise<any>}
- */
+/** @param {string} path @returns {Promise<any>} */
 export async function get(path) {
   return (await ask(path)).json();
 }
 
-/**
- * @param {string} path
- * @param {unknown} [body] JSON, or a form, or bytes
- * @returns {Promise<any>}
- */
+/** @param {string} path @param {unknown} [body] JSON, or a form, or bytes @returns {Promise<any>} */
 export async function post(path, body = {}) {
   const plain = body instanceof FormData || body instanceof Blob;
   /** @type {Record<string, string>} */
@@ -67,23 +53,16 @@ export async function remove(path) {
   await ask(path, { method: "DELETE" });
 }
 
-/**
- * A picture, decoded off the main thread. Its numbers stay as they are stored.
- * @param {string} path
- * @param {AbortSignal} [signal]
- * @returns {Promise<ImageBitmap>}
- */
+/** A picture, decoded off the main thread. Its numbers stay as they are stored.
+ * @param {string} path @param {AbortSignal} [signal] @returns {Promise<ImageBitmap>} */
 export async function picture(path, signal) {
   const answer = await ask(path, { signal });
   if (answer.status === 204) throw new Refused("There is no picture of this now.", 204);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
 }
 
-/**
- * The numbers of a picture of one channel and 8 bits.
- * @param {string} path
- * @returns {Promise<{width: number, height: number, data: Uint8Array}>} row by row
- */
+/** The numbers of a picture of one channel and 8 bits.
+ * @param {string} path @returns {Promise<{width: number, height: number, data: Uint8Array}>} row by row */
 export async function numbers(path) {
   const drawn = await picture(path);
   const pen = new OffscreenCanvas(drawn.width, drawn.height).getContext("2d");
@@ -94,10 +73,7 @@ export async function numbers(path) {
   return { width: drawn.width, height: drawn.height, data };
 }
 
-/**
- * @param {string} path
- * @returns {Promise<ArrayBuffer>}
- */
+/** @param {string} path @returns {Promise<ArrayBuffer>} */
 export async function bytes(path) {
   return (await ask(path)).arrayBuffer();
 }
@@ -116,32 +92,21 @@ export async function originsOf(result, box) {
 /** The longest side of a picture that the server makes for a page. */
 export const LONGEST = 4096;
 
-/**
- * Where a reduced picture of an exemplar lies.
- * @param {Exemplar} exemplar
- * @param {number} [side]
- * @param {string} [plane]
- */
+/** Where a reduced picture of an exemplar lies.
+ * @param {Exemplar} exemplar @param {number} [side] @param {string} [plane] */
 export function viewOf(exemplar, side = LONGEST, plane) {
   const at = exemplar.planes.find((p) => p.name === plane) ?? exemplar.planes[0];
   return `/api/exemplars/${exemplar.id}/${at?.name}.png?side=${side}`;
 }
 
-/**
- * Where a file of a result lies.
- * @param {Result} result
- * @param {string} name
- */
+/** Where a file of a result lies.
+ * @param {Result} result @param {string} name */
 export function fileOf(result, name) {
   return `/api/results/${result.id}/files/${name}`;
 }
 
-/**
- * Where a view of a result lies: a plane, pieces, seams, usage, ...
- * @param {string} result
- * @param {string} kind
- * @param {number} [side]
- */
+/** Where a view of a result lies: a plane, pieces, seams, usage, ...
+ * @param {string} result @param {string} kind @param {number} [side] */
 export function lookOf(result, kind, side = LONGEST) {
   return `/api/results/${result}/view/${kind}.png?side=${side}`;
 }

@@ -24,11 +24,8 @@ export function el(tag, properties = {}, ...children) {
   return made;
 }
 
-/**
- * Children without those that are absent.
- * @param {(Child | Child[])[]} children
- * @returns {(Node | string)[]}
- */
+/** Children without those that are absent.
+ * @param {(Child | Child[])[]} children @returns {(Node | string)[]} */
 function nodes(children) {
   return children
     .flat()
@@ -46,19 +43,14 @@ export function there(it) {
   return it !== null && it !== undefined;
 }
 
-/**
- * Put other children into an element.
- * @param {Element} parent
- * @param {...(Child | Child[])} children
- */
+/** Put other children into an element.
+ * @param {Element} parent @param {...(Child | Child[])} children */
 export function fill(parent, ...children) {
   parent.replaceChildren(...nodes(children));
 }
 
-/**
- * Whether keys belong to what is being typed in.
- * @param {Event} event
- */
+/** Whether keys belong to what is being typed in.
+ * @param {Event} event */
 export function typing(event) {
   const target = event.composedPath()[0];
   if (target instanceof HTMLInputElement) return !["checkbox", "radio", "range", "button"].includes(target.type);
@@ -88,13 +80,8 @@ export function button(label, act, more = {}) {
   );
 }
 
-/**
- * Call `act` now and at every change, for as long as an element is on the page; it may be put there later.
- * @param {EventTarget} target
- * @param {Element} element
- * @param {() => void} act
- * @param {string} [topic] of the change
- */
+/** Call `act` now and at every change, for as long as an element is on the page; it may be put there later.
+ * @param {EventTarget} target @param {Element} element @param {() => void} act @param {string} [topic] of the change */
 export function follow(target, element, act, topic = "change") {
   let was = false;
   const heard = () => {

@@ -20,10 +20,7 @@ function listen() {
   });
 }
 
-/**
- * @param {string} kind
- * @param {unknown} told
- */
+/** @param {string} kind @param {unknown} told */
 function tell(kind, told) {
   if (kind === "warm" || kind === "here") now.set(kind, told);
   for (const page of pages) page.postMessage({ kind, told });

@@ -18,18 +18,12 @@ class Kept {
     for (const [key, value] of Object.entries(due)) this.set(value, key);
   }
 
-  /**
-   * @param {string} [key] id of an exemplar; by default for all of them
-   * @returns {Readonly<Record<string, any>>}
-   */
+  /** @param {string} [key] id of an exemplar; by default for all of them @returns {Readonly<Record<string, any>>} */
   of(key = "page") {
     return this.#all[key] ?? {};
   }
 
-  /**
-   * @param {Record<string, any>} change
-   * @param {string} [key]
-   */
+  /** @param {Record<string, any>} change @param {string} [key] */
   set(change, key = "page") {
     this.#all[key] = { ...this.of(key), ...change };
     this.#due.add(key);

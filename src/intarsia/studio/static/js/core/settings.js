@@ -41,11 +41,8 @@ export class Settings extends EventTarget {
     return this.#now;
   }
 
-  /**
-   * Set one option. Changes of the same one within a moment, as while a number is typed, are undone together.
-   * @param {string} name
-   * @param {any} value null, undefined or "": automatic
-   */
+  /** Set one option. Changes of the same one within a moment, as while a number is typed, are undone together.
+   * @param {string} name @param {any} value null, undefined or "": automatic */
   set(name, value) {
     const next = { ...this.#now };
     if (value === null || value === undefined || value === "" || value === false) delete next[name];
@@ -53,18 +50,13 @@ export class Settings extends EventTarget {
     this.#take(next, name);
   }
 
-  /**
-   * Take all options anew, as from a recipe.
-   * @param {Options} options
-   */
+  /** Take all options anew, as from a recipe.
+   * @param {Options} options */
   replace(options) {
     this.#take({ ...options }, "");
   }
 
-  /**
-   * @param {Options} next
-   * @param {string} name
-   */
+  /** @param {Options} next @param {string} name */
   #take(next, name) {
     if (JSON.stringify(next) === JSON.stringify(this.#now)) return;
     const at = Date.now();
@@ -93,10 +85,7 @@ export class Settings extends EventTarget {
     this.#step(this.#after, this.#before);
   }
 
-  /**
-   * @param {Options[]} from
-   * @param {Options[]} to
-   */
+  /** @param {Options[]} from @param {Options[]} to */
   #step(from, to) {
     const next = from.pop();
     if (!next) return;

@@ -41,10 +41,8 @@ class Store extends EventTarget {
   /** @type {Set<string>} jobs and exemplars that were taken away, whatever an answer that was on its way still says of them */
   #gone = new Set();
 
-  /**
-   * Tell that something changed, once for many changes of a moment.
-   * @param {Topic} topic
-   */
+  /** Tell that something changed, once for many changes of a moment.
+   * @param {Topic} topic */
   tell(topic) {
     if (this.#soon.has(topic)) return;
     this.#soon.add(topic);
@@ -54,12 +52,8 @@ class Store extends EventTarget {
     });
   }
 
-  /**
-   * Call `act` now, and again whenever one of the topics changes, until the signal says stop.
-   * @param {Topic[]} topics
-   * @param {() => void} act
-   * @param {AbortSignal} [signal]
-   */
+  /** Call `act` now, and again whenever one of the topics changes, until the signal says stop.
+   * @param {Topic[]} topics @param {() => void} act @param {AbortSignal} [signal] */
   on(topics, act, signal) {
     for (const topic of topics) this.addEventListener(topic, act, { signal });
     act();
@@ -91,10 +85,8 @@ class Store extends EventTarget {
     return told.filter((each) => !this.#gone.has(each.id));
   }
 
-  /**
-   * Work with another exemplar; what is looked at belongs to it.
-   * @param {Exemplar | null} exemplar
-   */
+  /** Work with another exemplar; what is looked at belongs to it.
+   * @param {Exemplar | null} exemplar */
   choose(exemplar) {
     if (exemplar) this.opened(exemplar);
     this.exemplar = exemplar;
@@ -110,10 +102,8 @@ class Store extends EventTarget {
     this.tell("exemplars");
   }
 
-  /**
-   * A new exemplar: files, a built-in sample, or a result.
-   * @param {FormData | {sample: string} | {result: string}} from
-   */
+  /** A new exemplar: files, a built-in sample, or a result.
+   * @param {FormData | {sample: string} | {result: string}} from */
   async bring(from) {
     const brought = await post("/api/exemplars", from);
     await this.ready;
@@ -127,11 +117,8 @@ class Store extends EventTarget {
     this.tell("jobs");
   }
 
-  /**
-   * There is a new preview of a job.
-   * @param {string} id
-   * @param {number} number
-   */
+  /** There is a new preview of a job.
+   * @param {string} id @param {number} number */
   seen(id, number) {
     this.previews.set(id, number);
     this.tell("preview");
@@ -150,31 +137,21 @@ class Store extends EventTarget {
     return job;
   }
 
-  /**
-   * @param {Job} job
-   * @param {"cancel" | "again"} what
-   * @returns {Promise<Job>}
-   */
+  /** @param {Job} job @param {"cancel" | "again"} what @returns {Promise<Job>} */
   async change(job, what) {
     const now = await post(`/api/jobs/${job.id}/${what}`);
     this.note(now);
     return now;
   }
 
-  /**
-   * Take a job and what it made away, or an exemplar; for a while it can be brought back.
-   * @param {"jobs" | "exemplars"} kind
-   * @param {string} id
-   */
+  /** Take a job and what it made away, or an exemplar; for a while it can be brought back.
+   * @param {"jobs" | "exemplars"} kind @param {string} id */
   async takeAway(kind, id) {
     await remove(`/api/${kind}/${id}`);
     this.gone(id);
   }
 
-  /**
-   * @param {"jobs" | "exemplars"} kind
-   * @param {string} id
-   */
+  /** @param {"jobs" | "exemplars"} kind @param {string} id */
   async bringBack(kind, id) {
     const back = await post(`/api/${kind}/${id}/back`);
     if (kind === "jobs") this.note(back);
@@ -210,11 +187,8 @@ class Store extends EventTarget {
     this.tell("chosen");
   }
 
-  /**
-   * Where a small picture of a job that is done lies.
-   * @param {Job} job
-   * @param {number} side
-   */
+  /** Where a small picture of a job that is done lies.
+   * @param {Job} job @param {number} side */
   thumb(job, side) {
     const plane = this.exemplars.find((e) => e.id === job.exemplars[0])?.planes[0]?.name ?? "albedo";
     return job.result ? lookOf(job.result, plane, side) : "";
@@ -241,11 +215,8 @@ class Store extends EventTarget {
     return asked;
   }
 
-  /**
-   * A picture by its address, from memory where it was seen lately.
-   * @param {string} path
-   * @returns {Promise<ImageBitmap>}
-   */
+  /** A picture by its address, from memory where it was seen lately.
+   * @param {string} path @returns {Promise<ImageBitmap>} */
   picture(path) {
     const known = this.#pictures.get(path) ?? picture(path);
     known.catch(() => this.#pictures.delete(path));
@@ -264,10 +235,7 @@ class Store extends EventTarget {
   }
 }
 
-/**
- * @param {Exemplar} a
- * @param {Exemplar} b
- */
+/** @param {Exemplar} a @param {Exemplar} b */
 function newest(a, b) {
   return b.created - a.created;
 }
@@ -275,11 +243,8 @@ function newest(a, b) {
 /** What files of a result hold that is no plane. */
 const NO_PLANES = ["map", "report", "sheet", "recipe", "st map", "layers"];
 
-/**
- * The planes that a result has, its base first.
- * @param {Result} result
- * @returns {string[]}
- */
+/** The planes that a result has, its base first.
+ * @param {Result} result @returns {string[]} */
 export function planesOf(result) {
   return result.files.map((file) => file.holds).filter((holds) => !NO_PLANES.includes(holds));
 }
@@ -296,10 +261,8 @@ export function mapOf(result) {
 
 export const store = new Store();
 
-/**
- * The exemplar that a job was grown from, where it is still there.
- * @param {Job} job
- */
+/** The exemplar that a job was grown from, where it is still there.
+ * @param {Job} job */
 export function exemplarOf(job) {
   return store.exemplars.find((each) => each.id === job.exemplars[0]);
 }

@@ -8,11 +8,7 @@ export const OFFERED = 10_000; // ms
 /** @type {HTMLElement | null} */
 let shown = null;
 
-/**
- * @param {string} line
- * @param {boolean} bad
- * @param {HTMLElement} [more] what can be done about it
- */
+/** @param {string} line @param {boolean} bad @param {HTMLElement} [more] what can be done about it */
 function show(line, bad, more) {
   shown?.remove();
   const put = button("Dismiss", () => line_.remove(), { icon: icon("close"), bare: true });
@@ -23,12 +19,8 @@ function show(line, bad, more) {
   return line_;
 }
 
-/**
- * Say what was done, and offer something about it for ten seconds.
- * @param {string} line
- * @param {string} name of what can be done
- * @param {() => void} act
- */
+/** Say what was done, and offer something about it for ten seconds.
+ * @param {string} line @param {string} name of what can be done @param {() => void} act */
 export function offer(line, name, act) {
   const line_ = show(line, false, button(name, () => [line_.remove(), act()], { class: "framed" }));
   setTimeout(() => line_.remove(), OFFERED);
@@ -59,11 +51,8 @@ export async function tried(act) {
   }
 }
 
-/**
- * Copy text, and say so.
- * @param {string} text
- * @param {string} line
- */
+/** Copy text, and say so.
+ * @param {string} text @param {string} line */
 export async function copied(text, line) {
   await tried(async () => {
     await navigator.clipboard.writeText(text);

@@ -2,29 +2,22 @@
 
 /** @typedef {import("./types.js").Job} Job */
 
-/**
- * `min_repeat_distance` as "Min repeat distance".
- * @param {string} name
- */
+/** `min_repeat_distance` as "Min repeat distance".
+ * @param {string} name */
 export function readable(name) {
   const words = name.replaceAll(/[_-]/g, " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-/**
- * How long a job took, or has taken.
- * @param {Job} job
- */
+/** How long a job took, or has taken.
+ * @param {Job} job */
 export function took(job) {
   if (!job.began) return "";
   const seconds = (job.ended ?? Date.now() / 1000) - job.began;
   return seconds < 60 ? `${Math.max(0, seconds).toFixed(1)} s` : `${Math.floor(seconds / 60)} min ${Math.round(seconds % 60)} s`;
 }
 
-/**
- * @param {number} width
- * @param {number} height
- */
+/** @param {number} width @param {number} height */
 export function size(width, height) {
   return `${width} × ${height}`;
 }
@@ -35,10 +28,8 @@ export function weight(bytes) {
   return bytes < 1e6 ? `${Math.round(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
-/**
- * A few facts in one line.
- * @param {...(string | null | undefined)} told those that are empty are left out
- */
+/** A few facts in one line.
+ * @param {...(string | null | undefined)} told those that are empty are left out */
 export function facts(...told) {
   return told.filter(Boolean).join(" · ");
 }
@@ -73,10 +64,8 @@ export function called(method) {
   return METHODS[method]?.[0] ?? method;
 }
 
-/**
- * A job in a few words: its method and seed, or how soft it was drawn.
- * @param {Job} job
- */
+/** A job in a few words: its method and seed, or how soft it was drawn.
+ * @param {Job} job */
 export function title(job) {
   const { method, seed, feather } = job.options;
   if (job.verb === "render") return feather ? `Seams ${feather} px soft` : feather === 0 ? "Exact copies" : "Drawn again";
@@ -85,18 +74,14 @@ export function title(job) {
   return `${first}, seed ${seed ?? 0}`;
 }
 
-/**
- * What a job that is under way makes.
- * @param {Job} job
- */
+/** What a job that is under way makes.
+ * @param {Job} job */
 export function doing(job) {
   const verbs = /** @type {Record<string, string>} */ ({ grow: "Growing", extend: "Extending", heal: "Healing", paint: "Painting", render: "Drawing", tile: "Tiling", weave: "Weaving" });
   return verbs[job.verb] ?? "Working";
 }
 
-/**
- * @param {number} seconds that something will take, not known well
- */
+/** @param {number} seconds that something will take, not known well */
 export function about(seconds) {
   if (seconds <= 0) return "a little longer";
   return seconds < 60 ? `about ${Math.ceil(seconds / 5) * 5} s` : `about ${Math.round(seconds / 60)} min`;
@@ -107,10 +92,8 @@ export function busy(job) {
   return job?.state === "running" || job?.state === "queued";
 }
 
-/**
- * What a job is at, in a few words.
- * @param {Job} job
- */
+/** What a job is at, in a few words.
+ * @param {Job} job */
 export function state(job) {
   const later = /** @type {Record<string, string>} */ ({ repair: "Repairing", render: "Drawing" });
   if (job.state === "running") return later[job.stage ?? ""] ?? doing(job);

@@ -15,11 +15,7 @@ const MOST = 16;
 export class FarView extends View {
   fitted = false;
 
-  /**
-   * @param {number} scale
-   * @param {number} x
-   * @param {number} y
-   */
+  /** @param {number} scale @param {number} x @param {number} y */
   zoom(scale, x, y) {
     super.zoom(Math.max(2 ** (1 - LEVELS), Math.min(MOST, scale)), x, y);
   }
@@ -35,10 +31,7 @@ export class Sight extends HTMLElement {
   #asked = 0;
   #begun = false;
 
-  /**
-   * @param {import("./tiles.js").Tiles} tiles
-   * @param {FarView} view
-   */
+  /** @param {import("./tiles.js").Tiles} tiles @param {FarView} view */
   constructor(tiles, view) {
     super();
     this.tiles = tiles;
@@ -155,21 +148,15 @@ export class Sight extends HTMLElement {
     }
   }
 
-  /**
-   * What is known of other levels, until what is wanted comes: coarser ones first, finer ones over them.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {number} level
-   */
+  /** What is known of other levels, until what is wanted comes: coarser ones first, finer ones over them.
+   * @param {CanvasRenderingContext2D} pen @param {number} level */
   #others(pen, level) {
     const others = [...this.tiles.held].filter((tile) => tile.level !== level);
     for (const tile of others.sort((a, b) => b.level - a.level)) this.#tile(pen, tile);
   }
 
-  /**
-   * Draw a tile from one whole device pixel to another, so that no gap shows.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {Tile} tile
-   */
+  /** Draw a tile from one whole device pixel to another, so that no gap shows.
+   * @param {CanvasRenderingContext2D} pen @param {Tile} tile */
   #tile(pen, { picture, level, y, x }) {
     const { scale } = this.view;
     const side = SIDE * 2 ** level * scale;

@@ -53,10 +53,8 @@ export class Tiles extends EventTarget {
     return this.#wanted.filter((place) => !this.get(place)).length;
   }
 
-  /**
-   * Ask for these, the first one first, and for no others.
-   * @param {Place[]} places
-   */
+  /** Ask for these, the first one first, and for no others.
+   * @param {Place[]} places */
   want(places) {
     this.#wanted = places;
     const names = new Set(places.map(nameOf));
@@ -112,10 +110,7 @@ export class Tiles extends EventTarget {
     this.#go();
   }
 
-  /**
-   * @param {Place} place
-   * @param {ImageBitmap} picture
-   */
+  /** @param {Place} place @param {ImageBitmap} picture */
   #take(place, picture) {
     this.#held.set(nameOf(place), { ...place, picture });
     this.came += 1;

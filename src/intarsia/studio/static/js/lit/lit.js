@@ -26,10 +26,8 @@ const pose = { shape: "flat", turn: 30, tilt: 22, relief: 0.06 };
 
 const STEP = 0.02;
 
-/**
- * Whether there is anything to light: slopes of the surface.
- * @param {string[]} planes
- */
+/** Whether there is anything to light: slopes of the surface.
+ * @param {string[]} planes */
 export function canBeLit(planes) {
   return planes.includes("normal") || planes.includes("height");
 }
@@ -106,10 +104,8 @@ export class Lit {
     return true;
   }
 
-  /**
-   * The graphics card was taken away: begin anew, or else show the picture as it is.
-   * @param {Subject} subject
-   */
+  /** The graphics card was taken away: begin anew, or else show the picture as it is.
+   * @param {Subject} subject */
   async #again(subject) {
     this.#renderer = null;
     this.#held = "";
@@ -127,10 +123,8 @@ export class Lit {
     this.stage.draw();
   }
 
-  /**
-   * Turn the solid by dragging; a picture that is flat is moved.
-   * @type {import("../stage/gestures.js").Stroke}
-   */
+  /** Turn the solid by dragging; a picture that is flat is moved.
+   * @type {import("../stage/gestures.js").Stroke} */
   turning = {
     down: () => true,
     move: (x, y, event) => this.#pose({ turn: pose.turn - event.movementX / 2, tilt: pose.tilt + event.movementY / 2 }),

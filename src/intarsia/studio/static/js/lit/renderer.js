@@ -28,11 +28,7 @@ export class Renderer {
   #maps = {};
   #up = 1;
 
-  /**
-   * @param {WebGL2RenderingContext} gl
-   * @param {WebGLProgram} flat
-   * @param {HTMLCanvasElement} canvas
-   */
+  /** @param {WebGL2RenderingContext} gl @param {WebGLProgram} flat @param {HTMLCanvasElement} canvas */
   constructor(gl, flat, canvas) {
     this.gl = gl;
     this.flat = flat;
@@ -48,11 +44,8 @@ export class Renderer {
     return gl && flat ? new Renderer(gl, flat, canvas) : null;
   }
 
-  /**
-   * Take another material.
-   * @param {Maps} maps
-   * @param {boolean} down whether green of its normals points down the picture
-   */
+  /** Take another material.
+   * @param {Maps} maps @param {boolean} down whether green of its normals points down the picture */
   take(maps, down) {
     const { gl } = this;
     for (const texture of this.#textures) gl.deleteTexture(texture);
@@ -130,21 +123,15 @@ export class Renderer {
   }
 }
 
-/**
- * The matrix from the eye's directions to those of a solid that is tilted and turned, column by column.
- * @param {Pose} pose
- */
+/** The matrix from the eye's directions to those of a solid that is tilted and turned, column by column.
+ * @param {Pose} pose */
 function turned(pose) {
   const [a, b] = [(Math.PI * pose.turn) / 180, (Math.PI * pose.tilt) / 180];
   const [ca, sa, cb, sb] = [Math.cos(a), Math.sin(a), Math.cos(b), Math.sin(b)];
   return [ca, 0, -sa, -sa * sb, cb, -ca * sb, sa * cb, sb, ca * cb];
 }
 
-/**
- * @param {WebGL2RenderingContext} gl
- * @param {string} surface
- * @returns {WebGLProgram | null}
- */
+/** @param {WebGL2RenderingContext} gl @param {string} surface @returns {WebGLProgram | null} */
 function linked(gl, surface) {
   const program = gl.createProgram();
   if (!program) return null;

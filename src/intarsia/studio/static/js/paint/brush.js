@@ -41,11 +41,7 @@ export class Brush {
   /** @type {[number, number] | null} where the pointer is */
   #over = null;
 
-  /**
-   * @param {Stage} stage
-   * @param {Kit} kit
-   * @param {() => Labels | null} labels that are painted on now
-   */
+  /** @param {Stage} stage @param {Kit} kit @param {() => Labels | null} labels that are painted on now */
   constructor(stage, kit, labels) {
     this.stage = stage;
     this.kit = kit;
@@ -65,12 +61,8 @@ export class Brush {
     });
   }
 
-  /**
-   * The middle of the brush: that of a pixel, or a corner, as its size is odd or even.
-   * @param {number} x
-   * @param {number} y
-   * @returns {[number, number]}
-   */
+  /** The middle of the brush: that of a pixel, or a corner, as its size is odd or even.
+   * @param {number} x @param {number} y @returns {[number, number]} */
   #middle(x, y) {
     return this.kit.size % 2 ? [Math.floor(x) + 0.5, Math.floor(y) + 0.5] : [Math.round(x), Math.round(y)];
   }
@@ -120,22 +112,15 @@ export class Brush {
     this.#last = this.#before = null;
   }
 
-  /**
-   * @param {Labels} labels
-   * @param {[number, number]} to
-   * @param {number} value
-   */
+  /** @param {Labels} labels @param {[number, number]} to @param {number} value */
   #go(labels, to, value) {
     labels.paint(labels.stroke(this.#last ?? to, to, this.kit.size / 2, value));
     this.#last = to;
     this.stage.draw();
   }
 
-  /**
-   * Draw how large the brush is.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {import("../stage/view.js").View} view
-   */
+  /** Draw how large the brush is.
+   * @param {CanvasRenderingContext2D} pen @param {import("../stage/view.js").View} view */
   ring(pen, view) {
     if (!this.#over || !["brush", "erase"].includes(this.kit.tool)) return;
     const [x, y] = this.#middle(...this.#over);

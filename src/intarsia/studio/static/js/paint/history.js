@@ -14,11 +14,8 @@ export class History extends EventTarget {
   /** @type {Labels | null} what was changed last */
   last = null;
 
-  /**
-   * Remember a change that was made to a copy's original.
-   * @param {Labels} labels as they are now
-   * @param {Uint8Array} before all of them as they were
-   */
+  /** Remember a change that was made to a copy's original.
+   * @param {Labels} labels as they are now @param {Uint8Array} before all of them as they were */
   note(labels, before) {
     const box = difference(labels, before);
     if (!box) return;
@@ -51,10 +48,7 @@ export class History extends EventTarget {
     this.#put(change, change.after);
   }
 
-  /**
-   * @param {Change} change
-   * @param {Uint8Array} part
-   */
+  /** @param {Change} change @param {Uint8Array} part */
   #put({ labels, box }, part) {
     for (let row = 0; row < box.height; row += 1) {
       labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
@@ -65,12 +59,8 @@ export class History extends EventTarget {
   }
 }
 
-/**
- * The part in which two differ.
- * @param {Labels} labels
- * @param {Uint8Array} before
- * @returns {Box | null}
- */
+/** The part in which two differ.
+ * @param {Labels} labels @param {Uint8Array} before @returns {Box | null} */
 function difference({ width, height, data }, before) {
   let [left, right, top, below] = [width, -1, height, -1];
   for (let row = 0; row < height; row += 1) {
@@ -85,11 +75,7 @@ function difference({ width, height, data }, before) {
   return right < 0 ? null : { x: left, y: top, width: right - left + 1, height: below - top + 1 };
 }
 
-/**
- * @param {Uint8Array} data
- * @param {number} wide
- * @param {Box} box
- */
+/** @param {Uint8Array} data @param {number} wide @param {Box} box */
 function cut(data, wide, { x, y, width, height }) {
   const part = new Uint8Array(width * height);
   for (let row = 0; row < height; row += 1) {

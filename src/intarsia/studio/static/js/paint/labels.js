@@ -9,11 +9,7 @@ export const COLOURS = [
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
 
 export class Labels {
-  /**
-   * @param {number} width
-   * @param {number} height
-   * @param {boolean} [ground] whether the number 0 is seen, too
-   */
+  /** @param {number} width @param {number} height @param {boolean} [ground] whether the number 0 is seen, too */
   constructor(width, height, ground = false) {
     this.width = width;
     this.height = height;
@@ -51,13 +47,8 @@ export class Labels {
     return { x: left, y: top, width: Math.max(0, right - left), height: Math.max(0, below - top) };
   }
 
-  /**
-   * Give a number to all pixels that hang together with this one and have the same number.
-   * @param {number} x
-   * @param {number} y
-   * @param {number} value
-   * @returns {Box}
-   */
+  /** Give a number to all pixels that hang together with this one and have the same number.
+   * @param {number} x @param {number} y @param {number} value @returns {Box} */
   flood(x, y, value) {
     const { width, height, data } = this;
     const old = data[y * width + x];
@@ -80,10 +71,8 @@ export class Labels {
     return { x: 0, y: 0, width, height };
   }
 
-  /**
-   * Show the numbers of a part on the canvas.
-   * @param {Box} box
-   */
+  /** Show the numbers of a part on the canvas.
+   * @param {Box} box */
   paint({ x, y, width, height }) {
     if (width <= 0 || height <= 0) return;
     const shown = new ImageData(width, height);
@@ -99,10 +88,8 @@ export class Labels {
     this.canvas.getContext("2d")?.putImageData(shown, x, y);
   }
 
-  /**
-   * Take the numbers of others, as far as they reach.
-   * @param {{width: number, height: number, data: Uint8Array}} others
-   */
+  /** Take the numbers of others, as far as they reach.
+   * @param {{width: number, height: number, data: Uint8Array}} others */
   lay({ width, height, data }) {
     for (let row = 0; row < Math.min(height, this.height); row += 1) {
       this.data.set(data.subarray(row * width, row * width + Math.min(width, this.width)), row * this.width);

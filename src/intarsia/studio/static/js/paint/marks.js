@@ -11,12 +11,8 @@ import { send } from "./send.js";
 /** One is sent after another, so that the last one stays. */
 let sent = Promise.resolve();
 
-/**
- * The image that was kept, if anything was painted.
- * @param {string} exemplar
- * @param {Name} name
- * @returns {string | undefined}
- */
+/** The image that was kept, if anything was painted.
+ * @param {string} exemplar @param {Name} name @returns {string | undefined} */
 export function imageOf(exemplar, name) {
   return kept.of(exemplar).marks?.[name];
 }

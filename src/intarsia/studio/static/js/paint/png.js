@@ -15,10 +15,7 @@ function crc(data) {
   return (c ^ 0xffffffff) >>> 0;
 }
 
-/**
- * @param {string} name
- * @param {Uint8Array} data
- */
+/** @param {string} name @param {Uint8Array} data */
 function chunk(name, data) {
   const out = new Uint8Array(data.length + 12);
   const view = new DataView(out.buffer);
@@ -29,12 +26,7 @@ function chunk(name, data) {
   return out;
 }
 
-/**
- * @param {Uint8Array} numbers row by row
- * @param {number} width
- * @param {number} height
- * @returns {Promise<Blob>}
- */
+/** @param {Uint8Array} numbers row by row @param {number} width @param {number} height @returns {Promise<Blob>} */
 export async function png(numbers, width, height) {
   const rows = new Uint8Array(height * (width + 1));
   for (let row = 0; row < height; row += 1) rows.set(numbers.subarray(row * width, (row + 1) * width), row * (width + 1) + 1);

@@ -14,10 +14,7 @@ const TOOLS = [
   { tool: "move", says: "Move (H)", icon: "hand", key: "h" },
 ];
 
-/**
- * @param {Kit} kit
- * @returns {HTMLElement}
- */
+/** @param {Kit} kit @returns {HTMLElement} */
 export function toolbar(kit) {
   const tools = TOOLS.map(({ tool, says, icon: name }) =>
     button(says, () => kit.set({ tool }), { icon: icon(name), bare: true, value: tool }),
@@ -45,12 +42,8 @@ export function toolbar(kit) {
   );
 }
 
-/**
- * Keys of the tools, while a room is open.
- * @param {Kit} kit
- * @param {AbortSignal} signal
- * @param {number} labels how many there are to choose from by digits
- */
+/** Keys of the tools, while a room is open.
+ * @param {Kit} kit @param {AbortSignal} signal @param {number} labels how many there are to choose from by digits */
 export function toolKeys(kit, signal, labels) {
   const act = (/** @type {KeyboardEvent} */ e) => {
     if (typing(e)) return;

@@ -5,11 +5,8 @@ import { about, busy, state } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
-/**
- * The size of what a job makes, as far as it is known before.
- * @param {Job} job
- * @returns {[number, number]}
- */
+/** The size of what a job makes, as far as it is known before.
+ * @param {Job} job @returns {[number, number]} */
 export function wantedSize(job) {
   const { size, width, height, left = 0, right = 0, top = 0, bottom = 0 } = job.options;
   const asked = /^(\d+)(?:x(\d+))?$/.exec(String(size ?? ""));
@@ -31,10 +28,8 @@ export function grey() {
   return canvas;
 }
 
-/**
- * What a job waits for, in a line; nothing once a preview shows how far it is.
- * @param {Job | null} job
- */
+/** What a job waits for, in a line; nothing once a preview shows how far it is.
+ * @param {Job | null} job */
 export function awaited(job) {
   if (!job || !busy(job) || store.previews.has(job.id)) return "";
   if (job.state === "running") {

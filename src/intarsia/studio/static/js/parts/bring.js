@@ -4,18 +4,13 @@ import { el } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 
-/**
- * @param {DataTransfer | null} data
- * @returns {File[]}
- */
+/** @param {DataTransfer | null} data @returns {File[]} */
 export function filesOf(data) {
   return [...(data?.files ?? [])];
 }
 
-/**
- * Bring files in as one exemplar: a picture, or all planes of a material.
- * @param {File[]} files
- */
+/** Bring files in as one exemplar: a picture, or all planes of a material.
+ * @param {File[]} files */
 export async function bringFiles(files) {
   if (!files.length) return complain("Nothing to open: drop a picture, or all maps of one material.");
   const form = new FormData();
@@ -28,10 +23,8 @@ export async function bringSample(sample) {
   await brought({ sample });
 }
 
-/**
- * Go on from a result: all its planes become the exemplar that is worked with.
- * @param {string} result
- */
+/** Go on from a result: all its planes become the exemplar that is worked with.
+ * @param {string} result */
 export async function carryOn(result) {
   await brought({ result });
 }

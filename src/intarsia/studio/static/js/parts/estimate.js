@@ -25,10 +25,8 @@ function area(job) {
   return Math.max(1e-3, (width * height) / 1e6);
 }
 
-/**
- * Seconds that jobs like these will take, one after the other.
- * @param {Pick<Job, "verb" | "exemplars" | "options">[]} asked
- */
+/** Seconds that jobs like these will take, one after the other.
+ * @param {Pick<Job, "verb" | "exemplars" | "options">[]} asked */
 export function estimate(asked) {
   let seconds = 0;
   for (const each of asked) {
@@ -41,10 +39,8 @@ export function estimate(asked) {
   return seconds;
 }
 
-/**
- * What is left of a job that is running, in words; nothing before it is known.
- * @param {Job} job
- */
+/** What is left of a job that is running, in words; nothing before it is known.
+ * @param {Job} job */
 export function left(job) {
   if (job.state !== "running" || !job.began) return "";
   const spent = Date.now() / 1000 - job.began;

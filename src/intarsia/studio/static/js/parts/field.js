@@ -23,11 +23,7 @@ function usual(option) {
   return Array.isArray(option.default) ? option.default.join("x") : String(option.default);
 }
 
-/**
- * @param {Option} option
- * @param {Settings} settings
- * @returns {HTMLElement}
- */
+/** @param {Option} option @param {Settings} settings @returns {HTMLElement} */
 export function field(option, settings) {
   const id = `option-${option.name}`;
   const control = input(option, settings, id);
@@ -47,10 +43,8 @@ export function field(option, settings) {
   );
 }
 
-/**
- * Whether a field holds what is not allowed: then it is said, and nothing is asked for.
- * @param {Element} place where the fields are
- */
+/** Whether a field holds what is not allowed: then it is said, and nothing is asked for.
+ * @param {Element} place where the fields are */
 export function refused(place) {
   const bad = [...place.querySelectorAll("input")].find((input) => !input.validity.valid);
   if (!bad) return false;

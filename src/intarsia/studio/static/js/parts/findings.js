@@ -8,12 +8,8 @@ import { take } from "./methods.js";
 /** @type {Record<string, string>} */
 const NAMES = { lattice: "Repeating grid", courses: "Rows of stones", striking: "What stands out", segments: "Parts" };
 
-/**
- * What is known of a kind, in a few words; null where there is none.
- * @param {import("../core/types.js").Found} found
- * @param {string} kind
- * @returns {string | null}
- */
+/** What is known of a kind, in a few words; null where there is none.
+ * @param {import("../core/types.js").Found} found @param {string} kind @returns {string | null} */
 function fact(found, kind) {
   const { lattice, segments, courses } = found;
   const px = (/** @type {number[]} */ sides) => `${sides.map((side) => Math.round(side)).join(" × ")} px`;
@@ -47,11 +43,8 @@ export function overlays(found, turn) {
   return el("div", { class: "overlays", role: "group", "aria-label": "Drawn over the example" }, rows);
 }
 
-/**
- * What auto would take, and why; and why there is a lattice, or none.
- * @param {import("../core/types.js").Found} found
- * @returns {HTMLElement}
- */
+/** What auto would take, and why; and why there is a lattice, or none.
+ * @param {import("../core/types.js").Found} found @returns {HTMLElement} */
 export function reasons(found) {
   const { suggested, lattice, reason, light } = found;
   const lines = (/** @type {string[]} */ told) => el("ul", { class: "reasons" }, told.map((line) => el("li", {}, line)));

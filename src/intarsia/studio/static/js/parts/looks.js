@@ -24,11 +24,8 @@ const LOOKS = [
   { look: "provenance", says: "Where from", alpha: 0.85, told: "Red from the right of the example, green from below" },
 ];
 
-/**
- * Whether something can be looked at like this.
- * @param {Subject | null} subject
- * @param {Look} look
- */
+/** Whether something can be looked at like this.
+ * @param {Subject | null} subject @param {Look} look */
 function has(subject, look) {
   if (!look) return true;
   if (look === "lit") return canBeLit(subject?.planes ?? []);
@@ -66,10 +63,8 @@ export class Looks {
     return this.#subject?.id ?? null;
   }
 
-  /**
-   * The plane of these that is shown: the one that was chosen, or the first.
-   * @param {string[]} planes
-   */
+  /** The plane of these that is shown: the one that was chosen, or the first.
+   * @param {string[]} planes */
   chosen(planes) {
     return planes.find((each) => each === this.plane) ?? planes[0] ?? "albedo";
   }
@@ -94,10 +89,7 @@ export class Looks {
     this.show(this.#subject);
   }
 
-  /**
-   * @param {typeof LOOKS} looks
-   * @param {string[]} planes
-   */
+  /** @param {typeof LOOKS} looks @param {string[]} planes */
   #offer(looks, planes) {
     const choice = segments(
       "Look at",

@@ -11,11 +11,8 @@ import { Sketches } from "./sketches.js";
 
 const AUTO = { slug: "auto", summary: "picks what suits this picture" };
 
-/**
- * Take another method; parameters that it does not have are dropped.
- * @param {Settings} settings
- * @param {string} slug
- */
+/** Take another method; parameters that it does not have are dropped.
+ * @param {Settings} settings @param {string} slug */
 export function take(settings, slug) {
   const methods = store.schema?.methods ?? [];
   const all = new Set(methods.flatMap((method) => method.parameters.map((p) => p.name)));
@@ -24,11 +21,7 @@ export function take(settings, slug) {
   settings.replace({ ...Object.fromEntries(kept), ...(slug === AUTO.slug ? {} : { method: slug }) });
 }
 
-/**
- * @param {Settings} settings
- * @param {string[]} allowed methods that the verb offers
- * @returns {HTMLElement}
- */
+/** @param {Settings} settings @param {string[]} allowed methods that the verb offers @returns {HTMLElement} */
 export function methodPicker(settings, allowed) {
   const known = (store.schema?.methods ?? []).filter((method) => allowed.includes(method.slug));
   const offered = [AUTO, ...known];
@@ -56,10 +49,7 @@ export function methodPicker(settings, allowed) {
   return el("div", { class: "group" }, el("h3", {}, "Method"), box);
 }
 
-/**
- * @param {{slug: string, summary: string, supports?: string[]}} method
- * @param {Settings} settings
- */
+/** @param {{slug: string, summary: string, supports?: string[]}} method @param {Settings} settings */
 function says(method, settings) {
   const wraps = (settings.options.wrap ?? "none") !== "none";
   const unable = wraps && method.supports && !method.supports.includes("wrap");
@@ -70,11 +60,8 @@ function says(method, settings) {
   ];
 }
 
-/**
- * The parameters of the method that is named.
- * @param {Settings} settings
- * @returns {HTMLElement}
- */
+/** The parameters of the method that is named.
+ * @param {Settings} settings @returns {HTMLElement} */
 export function parameterForm(settings) {
   const place = el("div", { class: "group" });
   let shown = "";
@@ -89,12 +76,8 @@ export function parameterForm(settings) {
   return place;
 }
 
-/**
- * Fields that can be folded away.
- * @param {string} name
- * @param {HTMLElement[]} fields
- * @param {boolean} open
- */
+/** Fields that can be folded away.
+ * @param {string} name @param {HTMLElement[]} fields @param {boolean} open */
 export function group(name, fields, open) {
   return el("details", { class: "fold", open }, el("summary", {}, name), el("div", { class: "options" }, fields));
 }

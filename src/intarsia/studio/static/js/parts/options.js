@@ -12,11 +12,7 @@ const GROUPS = [
   ["Output", ["depth", "magnify", "trials"]],
 ];
 
-/**
- * @param {string} verb
- * @param {import("../core/settings.js").Settings} settings
- * @returns {HTMLElement[]}
- */
+/** @param {string} verb @param {import("../core/settings.js").Settings} settings @returns {HTMLElement[]} */
 export function optionGroups(verb, settings) {
   const options = store.schema?.verbs[verb] ?? [];
   const made = GROUPS.map(([name, names]) => {
@@ -26,12 +22,8 @@ export function optionGroups(verb, settings) {
   return made.filter(there);
 }
 
-/**
- * What a verb lets choose for an option.
- * @param {string} verb
- * @param {string} name
- * @returns {string[]}
- */
+/** What a verb lets choose for an option.
+ * @param {string} verb @param {string} name @returns {string[]} */
 export function choicesOf(verb, name) {
   return store.schema?.verbs[verb]?.find((o) => o.name === name)?.choices ?? [];
 }

@@ -29,12 +29,8 @@ export class Origins {
     this.#point(null);
   }
 
-  /**
-   * The exemplar's pixel that a pixel of the result is.
-   * @param {number} x
-   * @param {number} y
-   * @returns {{exemplar: number, x: number, y: number} | null}
-   */
+  /** The exemplar's pixel that a pixel of the result is.
+   * @param {number} x @param {number} y @returns {{exemplar: number, x: number, y: number} | null} */
   at(x, y) {
     const result = this.#result;
     if (!result) return null;
@@ -49,10 +45,8 @@ export class Origins {
     return exemplar === NOWHERE ? null : { exemplar, x: column, y: row };
   }
 
-  /**
-   * Tell what the pointer is over, and show it on the exemplar.
-   * @param {{x: number, y: number} | null} place
-   */
+  /** Tell what the pointer is over, and show it on the exemplar.
+   * @param {{x: number, y: number} | null} place */
   tell(place) {
     this.#over = place;
     const from = place && this.at(place.x, place.y);
@@ -67,10 +61,7 @@ export class Origins {
     store.tell("source");
   }
 
-  /**
-   * @param {Result} result
-   * @param {string} box
-   */
+  /** @param {Result} result @param {string} box */
   async #fetch(result, box) {
     this.#parts.set(box, null);
     const from = mapOf(result);

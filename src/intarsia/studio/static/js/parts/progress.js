@@ -8,10 +8,8 @@ import { left } from "./estimate.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
-/**
- * A bar that is as long as a job is far.
- * @param {Job} job
- */
+/** A bar that is as long as a job is far.
+ * @param {Job} job */
 export function bar(job) {
   const inside = el("i");
   inside.style.transform = `scaleX(${job.fraction ?? 0})`;

@@ -52,33 +52,24 @@ function stem(name) {
   return name.replace(/\.\w+$/, "");
 }
 
-/**
- * A name of a file that tells method and seed, so that those of several results do not collide.
- * @param {import("../core/types.js").Result} result
- * @param {string} name
- */
+/** A name of a file that tells method and seed, so that those of several results do not collide.
+ * @param {import("../core/types.js").Result} result @param {string} name */
 function named(result, name) {
   const { method, seed } = result.options;
   const told = [method && method !== "auto" ? method : "", seed ? `s${seed}` : ""].filter(Boolean).map((word) => `_${word}`);
   return stem(name) + told.join("") + name.slice(stem(name).length);
 }
 
-/**
- * Which files a command reads, and where they are, in words.
- * @param {string[]} names
- * @param {string} where
- */
+/** Which files a command reads, and where they are, in words.
+ * @param {string[]} names @param {string} where */
 export function needing(names, where) {
   if (!names.length) return "";
   const listed = names.length > 3 ? `${names.length} files` : names.join(" and ");
   return `; it needs ${listed}, which ${names.length > 1 ? "are" : "is"} in ${where}`;
 }
 
-/**
- * A page on how good a result is, made when it is asked for.
- * @param {import("../core/types.js").Result} result
- * @param {string} name of its picture
- */
+/** A page on how good a result is, made when it is asked for.
+ * @param {import("../core/types.js").Result} result @param {string} name of its picture */
 function reportButton(result, name) {
   const take = async () => {
     if (made.ariaBusy === "true") return;
@@ -97,22 +88,14 @@ function reportButton(result, name) {
   return made;
 }
 
-/**
- * Planes come first, in their order.
- * @param {import("../core/types.js").Made} file
- * @param {string[]} planes
- */
+/** Planes come first, in their order.
+ * @param {import("../core/types.js").Made} file @param {string[]} planes */
 function rank(file, planes) {
   const at = planes.indexOf(file.holds);
   return at < 0 ? planes.length : at;
 }
 
-/**
- * @param {string} href
- * @param {string} name
- * @param {string} says
- * @param {string} [heavy]
- */
+/** @param {string} href @param {string} name @param {string} says @param {string} [heavy] */
 function link(href, name, says, heavy) {
   return el("a", { class: "button", href, download: name }, says, heavy && el("span", { class: "quiet number weight" }, heavy));
 }

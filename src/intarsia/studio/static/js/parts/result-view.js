@@ -86,10 +86,8 @@ export class ResultView extends HTMLElement {
     this.waiting.textContent = awaited(this.job);
   }
 
-  /**
-   * Show what belongs to the chosen job, unless something else was chosen meanwhile.
-   * @param {() => boolean} still
-   */
+  /** Show what belongs to the chosen job, unless something else was chosen meanwhile.
+   * @param {() => boolean} still */
   async #picture(still) {
     const { job } = this;
     const exemplar = store.exemplar;
@@ -208,11 +206,7 @@ export class ResultView extends HTMLElement {
     this.dispatchEvent(new Event("shown"));
   }
 
-  /**
-   * @param {string} name
-   * @param {string} told
-   * @param {(HTMLElement | null)[]} actions
-   */
+  /** @param {string} name @param {string} told @param {(HTMLElement | null)[]} actions */
   #headline(name, told, actions) {
     fill(
       this.head,

@@ -17,11 +17,8 @@ const MEANS = {
   blurred: "by how much steps between neighbours are smaller",
 };
 
-/**
- * A button that says the score, and shows its parts.
- * @param {import("../core/types.js").Score | null} score
- * @returns {HTMLElement | null}
- */
+/** A button that says the score, and shows its parts.
+ * @param {import("../core/types.js").Score | null} score @returns {HTMLElement | null} */
 export function scoreButton(score) {
   if (!score) return null;
   const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
@@ -44,10 +41,7 @@ export function scoreButton(score) {
   return around;
 }
 
-/**
- * @param {string} name
- * @param {Part} part
- */
+/** @param {string} name @param {Part} part */
 function row(name, part) {
   const bar = el("i");
   bar.style.transform = `scaleX(${part.worth})`;

@@ -4,10 +4,7 @@ import { button, el, follow } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { anySeed } from "../core/words.js";
 
-/**
- * @param {import("../core/settings.js").Settings} settings
- * @returns {HTMLElement}
- */
+/** @param {import("../core/settings.js").Settings} settings @returns {HTMLElement} */
 export function seedField(settings) {
   const input = el("input", {
     class: "field", id: "seed", type: "number", min: "0", step: "1", placeholder: "0", inputMode: "numeric",

@@ -34,10 +34,8 @@ export class Sheet extends HTMLElement {
     this.observer.disconnect();
   }
 
-  /**
-   * As large as they may be so that all can be seen.
-   * @param {number} count
-   */
+  /** As large as they may be so that all can be seen.
+   * @param {number} count */
   #fit(count) {
     const gap = 12;
     let best = { across: 1, side: 0 };

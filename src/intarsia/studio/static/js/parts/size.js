@@ -5,20 +5,15 @@ import { store } from "../core/store.js";
 
 const USUAL = 2;
 
-/**
- * How often the exemplar a size is; 0 where it is told in px.
- * @param {string | undefined} told such as 3x, or 640x480
- */
+/** How often the exemplar a size is; 0 where it is told in px.
+ * @param {string | undefined} told such as 3x, or 640x480 */
 function timesOf(told) {
   const found = /^(\d+)x$/.exec(told ?? `${USUAL}x`);
   return found ? Number(found[1]) : 0;
 }
 
-/**
- * The size that is asked for of the exemplar that is worked with.
- * @param {import("../core/types.js").Options} options
- * @returns {[number, number]}
- */
+/** The size that is asked for of the exemplar that is worked with.
+ * @param {import("../core/types.js").Options} options @returns {[number, number]} */
 export function pixelsOf({ size }) {
   const times = timesOf(size);
   const { width, height } = store.exemplar ?? { width: 256, height: 256 };
@@ -27,18 +22,13 @@ export function pixelsOf({ size }) {
   return [wide || 1, high || wide || 1];
 }
 
-/**
- * Options as they are sent: a size in px, as long as it is not the usual one.
- * @param {import("../core/types.js").Options} options
- */
+/** Options as they are sent: a size in px, as long as it is not the usual one.
+ * @param {import("../core/types.js").Options} options */
 export function inPixels(options) {
   return options.size ? { ...options, size: pixelsOf(options).join("x") } : options;
 }
 
-/**
- * @param {import("../core/settings.js").Settings} settings
- * @returns {HTMLElement}
- */
+/** @param {import("../core/settings.js").Settings} settings @returns {HTMLElement} */
 export function sizeField(settings) {
   const field = (/** @type {"width" | "height"} */ side) =>
     el("input", {

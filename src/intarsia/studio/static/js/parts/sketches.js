@@ -9,11 +9,8 @@ export class Sketches {
   #open = new Map();
   #leave = new AbortController();
 
-  /**
-   * Where the sketch of a method is shown.
-   * @param {string} method
-   * @returns {HTMLElement}
-   */
+  /** Where the sketch of a method is shown.
+   * @param {string} method @returns {HTMLElement} */
   place(method) {
     const place = el("span", { class: "sketch", "aria-hidden": "true" });
     this.#open.set(method, place);

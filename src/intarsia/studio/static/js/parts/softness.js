@@ -30,11 +30,8 @@ export class Softness {
   #soon = 0;
   #turn = 0;
 
-  /**
-   * A result is on the stage, or none is.
-   * @param {Job | null} job
-   * @param {Result} [result]
-   */
+  /** A result is on the stage, or none is.
+   * @param {Job | null} job @param {Result} [result] */
   show(job, result) {
     const map = result && mapOf(result);
     const able = job && map && exemplarOf(job) && !job.options.window;
@@ -91,11 +88,8 @@ function kept(options) {
   return Object.fromEntries(Object.entries(options).filter(([name]) => SAME.includes(name)));
 }
 
-/**
- * A job once it has ended.
- * @param {string} id
- * @returns {Promise<Job | undefined>}
- */
+/** A job once it has ended.
+ * @param {string} id @returns {Promise<Job | undefined>} */
 function end(id) {
   return new Promise((done) => {
     const heard = new AbortController();

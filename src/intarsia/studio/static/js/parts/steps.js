@@ -13,10 +13,8 @@ let line = [];
 /** @type {{of: string, jobs: Job[]} | null} what came after a step that was made otherwise */
 let later = null;
 
-/**
- * The jobs that led to what is seen, the first one first, and the example that they began with.
- * @returns {{first: Exemplar | null, jobs: Job[]}}
- */
+/** The jobs that led to what is seen, the first one first, and the example that they began with.
+ * @returns {{first: Exemplar | null, jobs: Job[]}} */
 function path() {
   const jobs = [];
   let exemplar = store.exemplar;
@@ -57,10 +55,7 @@ async function again() {
   }
 }
 
-/**
- * @param {string} id of a job
- * @returns {Promise<Job>} as it ends
- */
+/** @param {string} id of a job @returns {Promise<Job>} as it ends */
 function ended(id) {
   return new Promise((resolve, reject) => {
     const heard = () => {
@@ -75,10 +70,8 @@ function ended(id) {
   });
 }
 
-/**
- * Draw the steps; nothing where there is no more than one.
- * @param {HTMLElement} place
- */
+/** Draw the steps; nothing where there is no more than one.
+ * @param {HTMLElement} place */
 export function drawSteps(place) {
   const { first, jobs } = path();
   follow(jobs.map((job) => job.id));

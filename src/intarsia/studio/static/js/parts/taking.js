@@ -7,10 +7,7 @@ import { OFFERED, offer, tried } from "../core/toast.js";
 let taken = [];
 let timer = 0;
 
-/**
- * @param {"jobs" | "exemplars"} kind
- * @param {string} id
- */
+/** @param {"jobs" | "exemplars"} kind @param {string} id */
 export async function takeAway(kind, id) {
   await tried(async () => {
     await store.takeAway(kind, id);

@@ -123,11 +123,8 @@ export class FoundRoom extends HTMLElement {
     fill(this.tools, el("p", { class: "quiet number" }, says), cut);
   }
 
-  /**
-   * A button that makes a new exemplar of this one.
-   * @param {string} name
-   * @param {Record<string, any>} how
-   */
+  /** A button that makes a new exemplar of this one.
+   * @param {string} name @param {Record<string, any>} how */
   #edit(name, how) {
     const edit = button(name, () => {
       const exemplar = store.exemplar;

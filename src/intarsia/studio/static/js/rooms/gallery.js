@@ -61,10 +61,7 @@ export class GalleryRoom extends HTMLElement {
     return { cell, element: el("li", { class: "made" }, cell.element, el("div", { class: "says" })), seen: "" };
   }
 
-  /**
-   * @param {{cell: Cell, element: HTMLElement, seen: string}} card
-   * @param {Job} job
-   */
+  /** @param {{cell: Cell, element: HTMLElement, seen: string}} card @param {Job} job */
   #show(card, job) {
     card.cell.show();
     const seen = `${job.state} ${job.score}`;
@@ -85,10 +82,8 @@ export class GalleryRoom extends HTMLElement {
   }
 }
 
-/**
- * Look at a job in the room that it was made in.
- * @param {Job} job
- */
+/** Look at a job in the room that it was made in.
+ * @param {Job} job */
 function open(job) {
   const exemplar = store.exemplars.find((e) => e.id === job.exemplars[0]);
   if (exemplar) store.choose(exemplar);
@@ -96,10 +91,7 @@ function open(job) {
   location.hash = `#grow/${job.id}`;
 }
 
-/**
- * @param {Job} job
- * @returns {HTMLElement[]}
- */
+/** @param {Job} job @returns {HTMLElement[]} */
 function tools(job) {
   if (busy(job)) return [button("Cancel", () => void tried(() => store.change(job, "cancel")), { icon: icon("close"), bare: true })];
   const made = [];

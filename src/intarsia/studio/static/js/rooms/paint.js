@@ -181,10 +181,7 @@ export class PaintRoom extends HTMLElement {
   }
 }
 
-/**
- * @param {string} name
- * @param {Stage} stage
- */
+/** @param {string} name @param {Stage} stage */
 function half(name, stage) {
   return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), viewButtons(stage, false)), stage);
 }

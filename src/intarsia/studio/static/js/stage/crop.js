@@ -6,10 +6,7 @@ export class Crop {
   /** @type {[number, number] | null} */
   #from = null;
 
-  /**
-   * @param {import("./stage.js").Stage} stage
-   * @param {() => void} changed
-   */
+  /** @param {import("./stage.js").Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
     this.stage = stage;
     this.changed = changed;

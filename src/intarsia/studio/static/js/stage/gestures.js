@@ -42,10 +42,7 @@ export class Gestures {
     element.addEventListener("dblclick", () => ground.tool() || this.#toggle());
   }
 
-  /**
-   * @param {MouseEvent} event
-   * @returns {{x: number, y: number}} device pixels of the stage
-   */
+  /** @param {MouseEvent} event @returns {{x: number, y: number}} device pixels of the stage */
   #place(event) {
     const box = this.ground.element.getBoundingClientRect();
     const ratio = devicePixelRatio;

@@ -10,10 +10,7 @@ export class Margins {
   /** @type {Side[]} sides that are held */
   #held = [];
 
-  /**
-   * @param {import("./stage.js").Stage} stage
-   * @param {() => void} changed
-   */
+  /** @param {import("./stage.js").Stage} stage @param {() => void} changed */
   constructor(stage, changed) {
     this.stage = stage;
     this.changed = changed;
@@ -26,12 +23,8 @@ export class Margins {
     return { left: -left, right: width + right, top: -top, bottom: height + bottom };
   }
 
-  /**
-   * The sides that are near to a place: one, or two at a corner.
-   * @param {number} x
-   * @param {number} y
-   * @returns {Side[]}
-   */
+  /** The sides that are near to a place: one, or two at a corner.
+   * @param {number} x @param {number} y @returns {Side[]} */
   near(x, y) {
     const reach = (REACH * devicePixelRatio) / this.stage.view.scale;
     const { left, right, top, bottom } = this.frame;

@@ -9,12 +9,7 @@ export class Parts {
   /** @type {Map<string, ImageBitmap | null>} those that were drawn last at the end; null: on the way */
   #held = new Map();
 
-  /**
-   * @param {string} path of the picture
-   * @param {number} width
-   * @param {number} height
-   * @param {() => void} arrived
-   */
+  /** @param {string} path of the picture @param {number} width @param {number} height @param {() => void} arrived */
   constructor(path, width, height, arrived) {
     this.path = path.replace(/\?.*/, "");
     this.width = width;
@@ -51,11 +46,7 @@ export class Parts {
     }
   }
 
-  /**
-   * @param {number} x
-   * @param {number} y
-   * @returns {ImageBitmap | null | undefined}
-   */
+  /** @param {number} x @param {number} y @returns {ImageBitmap | null | undefined} */
   #part(x, y) {
     const box = [x, y, Math.min(SIDE, this.width - x), Math.min(SIDE, this.height - y)].join();
     const known = this.#held.get(box);

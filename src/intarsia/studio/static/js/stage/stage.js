@@ -89,21 +89,15 @@ export class Stage extends HTMLElement {
     this.dispatchEvent(new Event("view"));
   }
 
-  /**
-   * Show another picture of the same size to the right of the divider; null: none.
-   * @param {Drawable | null} picture
-   * @param {string} [path] where its parts are
-   */
+  /** Show another picture of the same size to the right of the divider; null: none.
+   * @param {Drawable | null} picture @param {string} [path] where its parts are */
   beside(picture, path) {
     this.other = picture;
     this.parts[1] = this.#partsOf(picture, path);
     this.draw();
   }
 
-  /**
-   * @param {Drawable | null} picture
-   * @param {string} [path]
-   */
+  /** @param {Drawable | null} picture @param {string} [path] */
   #partsOf(picture, path) {
     const reduced = path && picture && picture.width < this.#width;
     return reduced ? new Parts(path, this.#width, this.#height, () => this.draw()) : null;
@@ -139,10 +133,8 @@ export class Stage extends HTMLElement {
     this.fit();
   }
 
-  /**
-   * Draw at the next frame.
-   * @param {boolean} [moving] then what is far is drawn quickly, and well once it rests
-   */
+  /** Draw at the next frame.
+   * @param {boolean} [moving] then what is far is drawn quickly, and well once it rests */
   draw(moving = false) {
     clearTimeout(this.#rest);
     if (moving) this.#rest = window.setTimeout(() => this.draw(), 120);
@@ -190,12 +182,8 @@ export class Stage extends HTMLElement {
     this.marks?.(pen, this.view);
   }
 
-  /**
-   * Draw a picture once for each tile, each from one whole device pixel to another, so that no gap shows.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {Drawable} picture
-   * @param {Parts | null} [parts] of it
-   */
+  /** Draw a picture once for each tile, each from one whole device pixel to another, so that no gap shows.
+   * @param {CanvasRenderingContext2D} pen @param {Drawable} picture @param {Parts | null} [parts] of it */
   #tiles(pen, picture, parts) {
     const { scale, x, y } = this.view;
     const wide = this.#width * scale;

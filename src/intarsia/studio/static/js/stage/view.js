@@ -27,12 +27,8 @@ export class View {
     this.fitted = true;
   }
 
-  /**
-   * Change the scale so that what lies at (x, y) of the stage stays there.
-   * @param {number} scale
-   * @param {number} x
-   * @param {number} y
-   */
+  /** Change the scale so that what lies at (x, y) of the stage stays there.
+   * @param {number} scale @param {number} x @param {number} y */
   zoom(scale, x, y) {
     const next = Math.max(1 / 64, Math.min(64, scale));
     const [u, v] = this.at(x, y);
@@ -42,22 +38,15 @@ export class View {
     this.fitted = false;
   }
 
-  /**
-   * @param {number} dx device pixels
-   * @param {number} dy
-   */
+  /** @param {number} dx device pixels @param {number} dy */
   move(dx, dy) {
     this.x += dx;
     this.y += dy;
     this.fitted = false;
   }
 
-  /**
-   * The place in the picture that lies at a place of the stage.
-   * @param {number} x device pixels
-   * @param {number} y
-   * @returns {[number, number]}
-   */
+  /** The place in the picture that lies at a place of the stage.
+   * @param {number} x device pixels @param {number} y @returns {[number, number]} */
   at(x, y) {
     return [(x - this.x) / this.scale, (y - this.y) / this.scale];
   }
