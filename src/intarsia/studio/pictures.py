@@ -21,7 +21,7 @@ from .store import Row, Store
 from .uploads import Uploads
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
-DRAFTED = ("grow", "paint", "extend", "heal")
+DRAFTED = ("grow", "paint")
 """The verbs of which there are drafts."""
 
 WITHIN = 120.0  # s for one picture
@@ -207,8 +207,7 @@ class Drafts:
     async def begin(self) -> None:
         """Start the process, with all that a draft needs; before, there are none."""
         with suppress(FailedError):
-            words = ["grow", "sample:stones", "--size=64"]
-            await self.process.ask("draft", within=WITHIN, words=words, folder=str(self.store.folder))
+            await self.process.ask("draft", words=["grow", "sample:stones", "--size=64"], folder=str(self.store.folder))
             self.ready = True
 
     async def get(self, job: Row, gone: Gone | None = None) -> bytes:
