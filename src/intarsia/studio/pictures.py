@@ -202,18 +202,17 @@ class Drafts:
     """Draws at once what jobs will make, coarsely, one after another in a process of its own."""
 
     def __init__(self, store: Store, pictures: Pictures) -> None:
-        self.store, self.pictures, self.process, self.ready = store, pictures, Process(), False
+        self.store, self.pictures, self.process = store, pictures, Process()
 
     async def begin(self) -> None:
-        """Start the process, with all that a draft needs; before, there are none."""
+        """Start the process, with all that a draft needs."""
         with suppress(FailedError):
             await self.process.ask("draft", words=["grow", "sample:stones", "--size=64"], folder=str(self.store.folder))
-            self.ready = True
 
     async def get(self, job: Row, gone: Gone | None = None) -> bytes:
         """Return a draft of a job as PNG; empty if there is none, or if its client has gone."""
         words = words_of(job, self.store).said
-        if job["verb"] not in DRAFTED or not self.ready:
+        if job["verb"] not in DRAFTED:
             return b""
 
         async def draw() -> bytes:

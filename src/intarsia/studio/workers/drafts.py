@@ -11,6 +11,7 @@ from ...cli.verbs import read_argv
 from ...foundation import InputError
 from ...foundation.arrays import Pair
 from ...foundation.run import Run
+from ...kernels import no_longer, on_first_compilation
 from ...methods import make
 from ...model import Exemplar
 from ...model.canvas import Guide
@@ -28,8 +29,23 @@ FINER = 2  # times as fine as it is grown a draft is drawn that has labels or la
 
 
 def draft(said: Json, tell: Tell) -> Answer:
-    """Return a draft of the words of a command, read in a folder, as PNG: reduced, and of the first plane alone."""
+    """Return a draft of the words of a command, read in a folder, as PNG: reduced, and of the first plane alone.
+
+    InputError if it cannot be drafted, or if something would have to be compiled for it, which takes long.
+    """
     hold()
+    on_first_compilation(_give_up)
+    try:
+        return {}, png(seen(_drafted(said)))
+    finally:
+        no_longer(_give_up)
+
+
+def _give_up() -> None:
+    raise InputError("kernels must be compiled first, which others do.")
+
+
+def _drafted(said: Json) -> Plane:
     with chdir(said["folder"]):
         request = replace(read_argv(said["words"]), magnify=1)
         shelf = shelves_of(request, Report(quiet=True))[0]
@@ -49,7 +65,7 @@ def draft(said: Json, tell: Tell) -> Answer:
         settings = {"boundary_isometries": "none"}
     method, run = make(METHOD, settings), Run(cancel=CANCEL)
     made = synthesize(exemplars, size, method, seed=request.seed or 0, wrap=canvas.wrap, guide=guide, run=run)
-    return {}, png(seen(made.render()))
+    return made.render()
 
 
 def _small(exemplar: Exemplar, n: int, finer: int) -> Exemplar:
