@@ -252,7 +252,7 @@ class Large(Worker):
 
     async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
         """Work on and on."""
-        if "--size=2048x2048" not in (given.get("words") or ()):
+        if not {"--size=2048x2048", "--size=600x600"} & {*(given.get("words") or ())}:
             return await super().ask(do, heard, **given)
         self.asked.append((do, given["words"]))
         self.stopped.clear()
@@ -280,8 +280,12 @@ def test_a_short_job_waits_for_no_long_one_and_a_second_long_one_waits(tmp_path:
         jobs.cancel(jobs.store.row("jobs", long[0]["id"]))
         await settled(lambda: state(long[2]) == "running")
         assert state(pixelwise) == "queued"
-        short = (add(**QUICK),)
-        await settled(lambda: state(short[0]) == "failed")
+        short = add(size="600x600"), add(**QUICK)
+        await settled(lambda: state(short[0]) == "running")
+        assert state(short[1]) == "queued"
+        jobs.cancel(jobs.store.row("jobs", short[0]["id"]))
+        await settled(lambda: [state(job) for job in short] == ["cancelled", "failed"])
+        assert state(long[2]) == "running"
         jobs.cancel(jobs.store.row("jobs", long[2]["id"]))
         await settled(lambda: state(pixelwise) == "failed")
         assert [state(job) for job in long] == ["cancelled"] * 3
