@@ -41,7 +41,7 @@ class Jobs:
 
     def __init__(self, store: Store, events: Events, beside: Process, drafts: Drafts) -> None:
         self.store, self.events, self.beside, self.drafts = store, events, beside, drafts
-        self.worker, self.second, self.slow = Process(), Process(), Process(nice=10)
+        self.worker, self.second, self.slow = Process(nice=5), Process(nice=5), Process(nice=10)  # drafts come first
         self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: Row = {"done": 0, "total": 1}
         self._running: dict[str, Process] = {}
@@ -69,7 +69,7 @@ class Jobs:
         for task in self._tasks:
             task.cancel()
         for task in self._tasks:
-            with suppress(asyncio.CancelledError):
+            with suppress(asyncio.CancelledError, IntarsiaError):
                 await task
         for process in (self.worker, self.second, self.slow, self.beside, self.drafts.process):
             await process.end()
