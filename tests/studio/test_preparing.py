@@ -271,15 +271,15 @@ def test_a_short_job_waits_for_no_long_one_and_a_second_long_one_waits(tmp_path:
 
         await settled(lambda: not jobs.busy)
         long = [add(size="2048x2048", seed=n) for n in range(3)]
-        short = add(**QUICK), add("tile"), add(size="512")
+        short = add(**QUICK), add("tile"), add(size=512)
         await settled(lambda: {state(job) for job in short} == {"failed"})
-        pixelwise = add(method="wei-levoy", size="96x96")
+        pixelwise, unknown = add(method="wei-levoy", size="96x96"), add(size=None)
         assert [state(job) for job in long] == ["running", "queued", "queued"]
         assert jobs.busy
         assert jobs.cancel(jobs.store.row("jobs", long[1]["id"]))["state"] == "cancelled"
         jobs.cancel(jobs.store.row("jobs", long[0]["id"]))
         await settled(lambda: state(long[2]) == "running")
-        assert state(pixelwise) == "queued"
+        assert [state(pixelwise), state(unknown)] == ["queued", "queued"]
         short = add(size="600x600"), add(**QUICK)
         await settled(lambda: state(short[0]) == "running")
         assert state(short[1]) == "queued"
@@ -289,6 +289,7 @@ def test_a_short_job_waits_for_no_long_one_and_a_second_long_one_waits(tmp_path:
         jobs.cancel(jobs.store.row("jobs", long[2]["id"]))
         await settled(lambda: state(pixelwise) == "failed")
         assert [state(job) for job in long] == ["cancelled"] * 3
+        await settled(lambda: state(unknown) == "failed")
         await jobs.end()
         jobs.store.close()
 

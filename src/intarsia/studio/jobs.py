@@ -17,7 +17,7 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from ..foundation import IntarsiaError
+from ..foundation import AUTO_METHOD, IntarsiaError
 from .pictures import Drafts
 from .processes import FailedError, Process
 from .requests import LIMITS, Words, asked_of, result_of, words_of
@@ -336,11 +336,12 @@ def _is_slow(job: Row) -> bool:
 
 def _is_short(job: Row) -> bool:
     """Whether a job takes a few seconds: a small picture, or a change of one."""
-    sides = [int(side) for side in re.findall("[0-9]+", str(job["options"].get("size", SMALL)))]
+    sides = [int(side) for side in re.findall("[0-9]+", str(job["options"].get("size") or SMALL))]
     small = job["verb"] not in ("grow", "weave") or sides[0] * sides[-1] <= SMALL
     return small and job["options"].get("method") not in LONG
 
 
 def _analysed(job: Row) -> str | None:
     """Return the exemplar that a job needs to have analysed."""
-    return job["exemplars"][0] if job["verb"] == "grow" and job["options"].get("method", "auto") == "auto" else None
+    chosen = job["verb"] == "grow" and job["options"].get("method") in (None, AUTO_METHOD)
+    return job["exemplars"][0] if chosen else None
