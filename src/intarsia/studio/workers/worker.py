@@ -24,6 +24,7 @@ WORK = {
     "commands": ("command", "warm", "sketch"),
     "decoding": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
+    "labels": ("propose",),
     "endless": ("begin", "tile"),
 }
 """The modules of this package and their requests: functions of the request and of a function that reports progress."""
