@@ -54,9 +54,10 @@ export async function remove(path) {
 }
 
 /** A picture, decoded off the main thread. Its numbers stay as they are stored.
- * @param {string} path @param {AbortSignal} [signal] @returns {Promise<ImageBitmap>} */
-export async function picture(path, signal) {
-  const answer = await ask(path, { signal });
+ * @param {string} path @param {AbortSignal} [signal] @param {unknown} [said] JSON that is sent @returns {Promise<ImageBitmap>} */
+export async function picture(path, signal, said) {
+  const sent = said ? { method: "POST", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } } : {};
+  const answer = await ask(path, { signal, ...sent });
   if (answer.status === 204) throw new Refused("There is no picture of this now.", 204);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
 }

@@ -7,16 +7,45 @@ export const COLOURS = [
 ].map((colour) => /** @type {[number, number, number]} */ (colour));
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
+/** @typedef {{side: number, pixels: Uint32Array}} Ink what a label is drawn with: a square that is repeated from (0, 0) on */
+
+/** @type {Ink[]} of labels that look like nothing yet */
+export const FLAT = COLOURS.map(([r, g, b]) => ({ side: 1, pixels: Uint32Array.of(((255 << 24) | (b << 16) | (g << 8) | r) >>> 0) }));
+
+const NONE = { side: 1, pixels: new Uint32Array(1) };
 
 export class Labels {
   /** @param {number} width @param {number} height @param {boolean} [ground] whether the number 0 is seen, too */
   constructor(width, height, ground = false) {
     this.width = width;
     this.height = height;
-    this.ground = ground;
+    this.inks = ground ? FLAT : [NONE, ...FLAT.slice(1)];
     this.data = new Uint8Array(width * height);
     this.canvas = new OffscreenCanvas(width, height);
-    this.paint({ x: 0, y: 0, width, height });
+    /** How often something was painted. */
+    this.version = 0;
+    /** @type {ImageBitmap | null} what they look like once they are grown */
+    this.result = null;
+    /** @type {Uint8Array} of which numbers that is the result */
+    this.known = new Uint8Array();
+    /** What was painted since, to be laid over the result. */
+    this.fresh = new OffscreenCanvas(1, 1);
+    this.paint();
+  }
+
+  /** Draw labels as they look from now on.
+   * @param {Ink[]} inks */
+  dip(inks) {
+    this.inks = inks;
+    this.paint();
+  }
+
+  /** There is a result of some numbers that were painted.
+   * @param {ImageBitmap} result @param {Uint8Array} known */
+  answer(result, known) {
+    [this.result, this.known] = [result, known];
+    if (this.fresh.width !== this.width) this.fresh = new OffscreenCanvas(this.width, this.height);
+    this.paint();
   }
 
   /**
@@ -71,21 +100,34 @@ export class Labels {
     return { x: 0, y: 0, width, height };
   }
 
-  /** Show the numbers of a part on the canvas.
-   * @param {Box} box */
-  paint({ x, y, width, height }) {
+  /** Show the numbers of a part on the canvas; by default all.
+   * @param {Box} [box] */
+  paint(box) {
+    const { x, y, width, height } = box ?? { x: 0, y: 0, width: this.width, height: this.height };
     if (width <= 0 || height <= 0) return;
+    this.version += 1;
     const shown = new ImageData(width, height);
     const pixels = new Uint32Array(shown.data.buffer);
-    const tints = COLOURS.map(([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0);
-    if (!this.ground) tints[0] = 0;
-    for (let row = 0; row < height; row += 1) {
-      const from = (y + row) * this.width + x;
-      for (let column = 0; column < width; column += 1) {
-        pixels[row * width + column] = tints[this.data[from + column] ?? 0] ?? 0;
+    const { data, known, inks } = this;
+    for (let row = y, to = 0; row < y + height; row += 1) {
+      const from = row * this.width;
+      for (let at = from + x; at < from + x + width; ) {
+        const label = data[at] ?? 0;
+        const { side, pixels: ink } = inks[label] ?? NONE;
+        const line = (row % side) * side;
+        for (let u = (at - from) % side; at < from + x + width && data[at] === label; at += 1, to += 1) {
+          pixels[to] = ink[line + u] ?? 0;
+          u = u + 1 === side ? 0 : u + 1;
+        }
       }
     }
     this.canvas.getContext("2d")?.putImageData(shown, x, y);
+    if (!this.result) return;
+    for (let row = y, to = 0; row < y + height; row += 1) {
+      const from = row * this.width + x;
+      for (let at = from; at < from + width; at += 1, to += 1) if (data[at] === known[at]) pixels[to] = 0;
+    }
+    this.fresh.getContext("2d")?.putImageData(shown, x, y);
   }
 
   /** Take the numbers of others, as far as they reach.
@@ -94,11 +136,13 @@ export class Labels {
     for (let row = 0; row < Math.min(height, this.height); row += 1) {
       this.data.set(data.subarray(row * width, row * width + Math.min(width, this.width)), row * this.width);
     }
-    this.paint({ x: 0, y: 0, width: this.width, height: this.height });
+    this.paint();
   }
 
   /** Which numbers there are. */
   get values() {
-    return [...new Set(this.data)].sort((a, b) => a - b);
+    const there = new Uint8Array(256);
+    for (const value of this.data) there[value] = 1;
+    return [...there.keys()].filter((value) => there[value]);
   }
 }
