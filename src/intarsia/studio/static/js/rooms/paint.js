@@ -49,7 +49,7 @@ export class PaintRoom extends HTMLElement {
     const look = segments("Wanted", [["labels", "Labels"], ["result", "Result"]], () => (live ? "result" : "labels"), (seen) => {
       live = seen === "result";
       this.#see();
-      void this.#sketch();
+      void this.#draft();
     });
     this.right.append(this.told);
     const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right, look.element));
@@ -61,7 +61,7 @@ export class PaintRoom extends HTMLElement {
     new Brush(this.right, kit, () => this.#labels()?.target ?? null);
     toolKeys(kit, signal, LABELS);
     store.on(["exemplar"], () => void this.#show(), signal);
-    painting.addEventListener("change", () => [this.#size(), void this.#sketch()], { signal });
+    painting.addEventListener("change", () => [this.#size(), void this.#draft()], { signal });
     kit.history.addEventListener("change", () => this.#keep(), { signal });
     kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
   }
@@ -92,7 +92,7 @@ export class PaintRoom extends HTMLElement {
       this.left.show(seen, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
       this.#size();
       this.#dip();
-      if (imageOf(id, "source") || imageOf(id, "target")) void this.#sketch();
+      if (imageOf(id, "source") || imageOf(id, "target")) void this.#draft();
     });
   }
 
@@ -103,7 +103,7 @@ export class PaintRoom extends HTMLElement {
     const name = kit.history.last === labels.source ? "source" : "target";
     if (name === "source") this.#dip();
     void keep(store.exemplar.id, name, labels[name]);
-    void this.#sketch();
+    void this.#draft();
   }
 
   /** Let labels look as what is marked with them. */
@@ -126,7 +126,7 @@ export class PaintRoom extends HTMLElement {
   }
 
   /** Ask for a first look at the result, unless more is painted in a moment. */
-  async #sketch() {
+  async #draft() {
     this.#asked.abort();
     const { signal } = (this.#asked = new AbortController());
     const [exemplar, labels] = [store.exemplar, this.#labels()];
