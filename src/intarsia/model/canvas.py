@@ -225,7 +225,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
     InputError
         for other pixels, too many colours, and too many stray pixels.
     """
-    counted = [np.unique(_packed(*one), return_inverse=True, return_counts=True) for one in pictures]
+    counted = [_counted(*one) for one in pictures]
     areas = [plane.height * plane.width for _, plane in pictures]
     common = [colours[counts * RARE >= area] for (colours, _, counts), area in zip(counted, areas, strict=True)]
     labels = np.unique(np.concatenate(common))
@@ -251,8 +251,11 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
     return [Plane(n, Kind.LABEL, meta=meta) for n in numbers]
 
 
-def _packed(name: str, plane: Plane) -> Array:
-    """Return the colours of a picture, 16 bits each of red, green and blue, as one number for each pixel (H, W)."""
+def _counted(name: str, plane: Plane) -> tuple[Array, Array, Array]:
+    """Return the colours of a picture, ascending, which of them each pixel has, and how many pixels have each.
+
+    A colour is one number, with 16 bits each of red, green and blue.
+    """
     samples = plane.samples
     if plane.is_float or samples.dtype == np.uint32:
         raise InputError(f"{name} has {samples.dtype} pixels; save labels with 8 or 16 bits a channel.")
@@ -262,8 +265,13 @@ def _packed(name: str, plane: Plane) -> Array:
         samples = samples[:, :, :-1]
     if samples.shape[2] not in (1, 3):
         raise InputError(f"{name} has {samples.shape[2]} channels; save labels as gray or colour.")
-    wide = samples.astype(np.int64) * {"bool": 65535, "uint8": 257}.get(samples.dtype.name, 1)
-    return np.asarray((wide << SHIFTS).sum(axis=2) if wide.shape[2] == 3 else wide[:, :, 0] * 0x1_0001_0001)
+    full = {"bool": 65535, "uint8": 257}.get(samples.dtype.name, 1)
+    if samples.shape[2] == 3:
+        samples, full = (samples.astype(np.int64) * full << SHIFTS).sum(axis=2), 1
+    else:  # bytes are sorted quickly
+        full *= 0x1_0001_0001
+    colours, at, counts = np.unique(samples, return_inverse=True, return_counts=True)
+    return colours.astype(np.int64) * full, at, counts
 
 
 def _channels(colours: Array) -> Array:

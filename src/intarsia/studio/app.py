@@ -26,9 +26,9 @@ from ..foundation import AUTO_METHOD, SAMPLES, InputError, IntarsiaError, Parame
 from ..request import to_argv, to_line
 from . import uploads
 from .jobs import Jobs
-from .pictures import WITHIN, Pictures, Showing, Sketches
+from .pictures import WITHIN, Drafts, Pictures, Showing, Sketches
 from .processes import Gone, Process
-from .requests import LIMITS, schema, usual, words_of
+from .requests import LIMITS, asked_of, schema, usual, words_of
 from .requests import options as options_of
 from .security import Safety, error
 from .store import Bin, Events, Row, Store, digest
@@ -71,9 +71,10 @@ class Studio:
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # synthesis has priority
         self.bin = Bin(self.store, self.events)
-        self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
+        self.drafts = Drafts(self.store, self.showing.pictures)
+        self.jobs = Jobs(self.store, self.events, (Process(), Process()), Process(nice=10), beside, self.drafts)
         self.weaves = Weaves(self.store, self.showing.pictures)
         self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
 
@@ -140,6 +141,9 @@ class Studio:
             raise HTTPException(404, "there is no such exemplar; give its id, or page.")
         self.store.put("kept", {"id": key, "value": await said(request)})
 
+    async def draft(self, request: Request) -> bytes:
+        return await self.drafts.get(asked_of(await said(request)), request.is_disconnected)
+
     async def put_job(self, request: Request) -> Row:
         return self.jobs.add(await said(request))
 
@@ -202,6 +206,7 @@ class Studio:
              lambda _, image: FileResponse(store.place("images", image["id"]), headers=KEPT)),
             ("GET", "/api/kept", 200, lambda _: {row["id"]: row["value"] for row in store.all("kept")}),
             ("POST", "/api/kept/{key}", 204, self.keep),
+            ("POST", "/api/drafts", 200, self.draft),
             ("POST", "/api/jobs", 202, self.put_job),
             ("POST", "/api/jobs/{job}/cancel", 200, lambda _, job: jobs.cancel(job)),
             ("POST", "/api/jobs/{job}/again", 202, lambda _, job: jobs.again(job)),

@@ -1,4 +1,4 @@
-"""Pictures for the page, drawn by worker processes and cached: views, findings, sketches, reports and archives."""
+"""Pictures for the page, drawn by worker processes and cached: views, findings, drafts, sketches, reports, archives."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import shutil
 import zipfile
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -15,12 +16,15 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
-from .requests import MAP
+from .requests import MAP, words_of
 from .store import Row, Store
 from .uploads import Uploads
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
 LABELS = 6  # that the page paints with
+DRAFTED = ("grow", "paint", "extend", "heal")
+"""The verbs of which there are drafts."""
+
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
 HELD = 64 << 20  # bytes of cached pictures
@@ -199,6 +203,35 @@ class Showing:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
+
+
+class Drafts:
+    """Draws at once what jobs will make, coarsely, one after another in a process of its own."""
+
+    def __init__(self, store: Store, pictures: Pictures) -> None:
+        self.store, self.pictures, self.process, self.ready = store, pictures, Process(), False
+
+    async def begin(self) -> None:
+        """Start the process, with all that a draft needs; before, there are none."""
+        with suppress(FailedError):
+            words = ["grow", "sample:stones", "--size=64"]
+            await self.process.ask("draft", within=WITHIN, words=words, folder=str(self.store.folder))
+            self.ready = True
+
+    async def get(self, job: Row, gone: Gone | None = None) -> bytes:
+        """Return a draft of a job as PNG; empty if there is none, or if its client has gone."""
+        words = words_of(job, self.store).said
+        if job["verb"] not in DRAFTED or not self.ready:
+            return b""
+
+        async def draw() -> bytes:
+            home = str(self.store.folder / "exemplars" / job["exemplars"][0])
+            _, data = await self.process.ask("draft", within=WITHIN, gone=gone, words=words, folder=home)
+            return data
+
+        with suppress(FailedError):
+            return await self.pictures.get(("draft", *words), draw)
+        return b""
 
 
 class Sketches:

@@ -147,6 +147,14 @@ class Words:
         return row
 
 
+def asked_of(given: Row) -> Row:
+    """Return verb, exemplars and options of a job; ParameterError if it has others, or of a wrong type."""
+    asked: Row = {"verb": None, "exemplars": [], "options": {}} | given
+    if len(asked) > 3 or not isinstance(asked["exemplars"], list) or not isinstance(asked["options"], dict):
+        raise ParameterError("a job has a verb, exemplars (a list of ids) and options (an object), no more.")
+    return asked
+
+
 def words_of(job: Row, store: Store) -> Words:
     """Return the request of a job, checked as the command checks it; ParameterError in one line."""
     verb, exemplars, given = job["verb"], job["exemplars"], dict(job["options"])

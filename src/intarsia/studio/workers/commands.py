@@ -62,14 +62,14 @@ def command(said: Json, tell: Tell) -> Answer:
 
 
 @cache
-def _hold() -> None:
+def hold() -> None:
     """Cache exemplars between the commands of this process."""
     set_cache(ExemplarCache())
 
 
 def invoked(words: list[str], drafting: Drafting | None = None) -> Json:
     """Run a command in this process; return what it prints as JSON, or raise its error."""
-    _hold()
+    hold()
     told, aside = io.StringIO(), io.StringIO()
     listen(drafting)
     try:

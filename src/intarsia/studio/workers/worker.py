@@ -23,6 +23,7 @@ Tell = Callable[..., None]
 WORK = {
     "commands": ("command", "warm", "sketch"),
     "decoding": ("look", "labels", "see", "origins"),
+    "drafts": ("draft",),
     "views": ("view", "find", "overlay", "rim", "edit"),
     "labels": ("propose",),
     "endless": ("begin", "tile"),
