@@ -23,13 +23,12 @@ export class History extends EventTarget {
     this.add({ labels, back: () => put(labels, box, was), again: () => put(labels, box, is) });
   }
 
-  /** Remember what was just done.
-   * @param {Change} change */
-  add(change) {
-    this.#done.push(change);
-    if (this.#done.length > MOST) this.#done.shift();
+  /** Remember what was done.
+   * @param {Change} change @param {boolean} [due] whether it is to be done now */
+  add(change, due) {
+    if (this.#done.length === MOST) this.#done.shift();
     this.#undone = [];
-    this.#tell(change);
+    this.#step([change], this.#done, due ? "again" : null);
   }
 
   get canUndo() {
@@ -41,24 +40,20 @@ export class History extends EventTarget {
   }
 
   undo() {
-    const change = this.#done.pop();
-    if (!change) return;
-    this.#undone.push(change);
-    change.back();
-    this.#tell(change);
+    this.#step(this.#done, this.#undone, "back");
   }
 
   redo() {
-    const change = this.#undone.pop();
-    if (!change) return;
-    this.#done.push(change);
-    change.again();
-    this.#tell(change);
+    this.#step(this.#undone, this.#done, "again");
   }
 
-  /** @param {Change} change */
-  #tell({ labels }) {
-    this.last = labels;
+  /** @param {Change[]} from @param {Change[]} to @param {"back" | "again" | null} way */
+  #step(from, to, way) {
+    const change = from.pop();
+    if (!change) return;
+    to.push(change);
+    if (way) change[way]();
+    this.last = change.labels;
     this.dispatchEvent(new Event("change"));
   }
 }

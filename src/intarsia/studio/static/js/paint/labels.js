@@ -19,43 +19,26 @@ export class Labels {
   constructor(width, height, ground = false) {
     this.width = width;
     this.height = height;
-    this.inks = ground ? FLAT : [NONE, ...FLAT.slice(1)];
+    this.inks = [ground ? FLAT[0] ?? NONE : NONE, ...FLAT.slice(1)];
     this.data = new Uint8Array(width * height);
     this.canvas = new OffscreenCanvas(width, height);
     /** How often something was painted. */
     this.version = 0;
-    /** @type {ImageBitmap | null} what they look like once they are grown */
-    this.result = null;
-    /** @type {Uint8Array} of which numbers that is the result */
+    /** @type {Uint8Array} what lies below shows where the numbers are still these */
     this.known = new Uint8Array();
-    /** What was painted since, to be laid over the result. */
-    this.fresh = new OffscreenCanvas(1, 1);
     this.paint();
   }
 
-  /** Draw labels as they look from now on.
-   * @param {Ink[]} inks */
-  dip(inks) {
-    this.inks = inks;
+  /** Draw labels in another way from now on.
+   * @param {{inks?: Ink[], known?: Uint8Array}} how */
+  redraw(how) {
+    Object.assign(this, how);
     this.paint();
   }
 
-  /** There is a result of some numbers that were painted.
-   * @param {ImageBitmap} result @param {Uint8Array} known */
-  answer(result, known) {
-    [this.result, this.known] = [result, known];
-    if (this.fresh.width !== this.width) this.fresh = new OffscreenCanvas(this.width, this.height);
-    this.paint();
-  }
-
-  /**
-   * Give a number to all pixels whose middle lies within `radius` of a line: a stroke of a round, hard brush.
-   * @param {[number, number]} from
-   * @param {[number, number]} to
-   * @param {number} radius
-   * @param {number} value
-   * @returns {Box} what may have changed
-   */
+  /** Give a number to all pixels whose middle lies within `radius` of a line: a stroke of a round, hard brush.
+   * @param {[number, number]} from @param {[number, number]} to @param {number} radius @param {number} value
+   * @returns {Box} what may have changed */
   stroke([ax, ay], [bx, by], radius, value) {
     const left = Math.max(0, Math.floor(Math.min(ax, bx) - radius));
     const top = Math.max(0, Math.floor(Math.min(ay, by) - radius));
@@ -116,18 +99,12 @@ export class Labels {
         const { side, pixels: ink } = inks[label] ?? NONE;
         const line = (row % side) * side;
         for (let u = (at - from) % side; at < from + x + width && data[at] === label; at += 1, to += 1) {
-          pixels[to] = ink[line + u] ?? 0;
+          if (known[at] !== label) pixels[to] = ink[line + u] ?? 0;
           u = u + 1 === side ? 0 : u + 1;
         }
       }
     }
     this.canvas.getContext("2d")?.putImageData(shown, x, y);
-    if (!this.result) return;
-    for (let row = y, to = 0; row < y + height; row += 1) {
-      const from = row * this.width + x;
-      for (let at = from; at < from + width; at += 1, to += 1) if (data[at] === known[at]) pixels[to] = 0;
-    }
-    this.fresh.getContext("2d")?.putImageData(shown, x, y);
   }
 
   /** Take the numbers of others, as far as they reach.

@@ -7,67 +7,45 @@ import { COLOURS } from "./labels.js";
 
 export const LABELS = 6;
 
-/** What a label is called.
+/** What a label is called; "" as long as it has no name.
  * @param {number} n */
-export function nameOf(n) {
-  return names()[n] || `Label ${n + 1}`;
-}
+const given = (n) => kept.of(store.exemplar?.id).names?.[n] ?? "";
 
-/** @returns {Record<number, string>} names that were given for this exemplar */
-function names() {
-  return kept.of(store.exemplar?.id).names ?? {};
-}
+/** @param {number} n */
+export const nameOf = (n) => given(n) || `Label ${n + 1}`;
 
-export class Palette {
-  /** @param {import("./brush.js").Kit} kit */
-  constructor(kit) {
-    this.kit = kit;
-    this.cells = COLOURS.slice(0, LABELS).map((colour, n) => this.#cell(colour, n));
-    this.element = el("div", { class: "palette" }, this.cells.map(({ swatch, name }) => el("div", { class: "label-cell" }, swatch, name)));
-    follow(kit, this.element, () => this.#show());
-    follow(store, this.element, () => this.#show(), "exemplar");
-  }
-
-  /** @param {number[]} colour @param {number} n */
-  #cell([r, g, b], n) {
+/** @param {import("./brush.js").Kit} kit
+ * @returns {{element: HTMLElement, dip: (inks: import("./labels.js").Ink[]) => void}} `dip`: show what labels look like */
+export function palette(kit) {
+  const cells = COLOURS.slice(0, LABELS).map(([r, g, b], n) => {
     const look = el("canvas");
-    const number = el("span", { class: "swatch" }, n + 1);
-    number.style.background = `rgb(${r} ${g} ${b})`;
-    const choose = () => this.kit.set({ value: n, tool: this.kit.tool === "fill" ? "fill" : "brush" });
+    const number = el("span", { class: "swatch", style: `background: rgb(${r} ${g} ${b})` }, n + 1);
+    const choose = () => kit.set({ value: n, tool: kit.tool === "fill" ? "fill" : "brush" });
     const swatch = el("button", { type: "button", class: "button", onclick: choose }, look, number);
     const name = el("input", {
-      class: "field", maxLength: 24, placeholder: `Label ${n + 1}`, title: "Its name", "aria-label": `Name of label ${n + 1}`, autocomplete: "off",
-      onchange: () => this.#call(n, name.value.trim()), onkeydown: (/** @type {KeyboardEvent} */ e) => e.key === "Enter" && name.blur(),
+      class: "field", maxLength: 24, placeholder: `Label ${n + 1}`, title: "Its name", "aria-label": `Name of label ${n + 1}`,
+      onchange: () => call(n, name.value.trim()), onkeydown: (/** @type {KeyboardEvent} */ e) => e.key === "Enter" && name.blur(),
     });
     return { look, swatch, name };
-  }
-
-  /** Show what labels look like.
-   * @param {import("./labels.js").Ink[]} inks */
-  dip(inks) {
-    this.cells.forEach(({ look }, n) => {
-      const { side, pixels } = inks[n] ?? { side: 1, pixels: new Uint32Array(1) };
-      look.width = look.height = Math.ceil(side / 2); // without its mirror images
-      look.getContext("2d")?.putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer), side), 0, 0);
-    });
-  }
-
-  /** @param {number} n @param {string} name that is given to a label */
-  #call(n, name) {
-    const id = store.exemplar?.id;
-    const before = names()[n] ?? "";
-    if (!id || name === before) return;
-    const call = (/** @type {string} */ now) => kept.set({ names: { ...kept.of(id).names, [n]: now } }, id);
-    call(name);
-    this.kit.history.add({ labels: null, back: () => call(before), again: () => call(name) });
-  }
-
-  #show() {
-    this.cells.forEach(({ swatch, name }, n) => {
-      swatch.setAttribute("aria-pressed", String(n === this.kit.value));
-      swatch.ariaLabel = nameOf(n);
-      swatch.title = `${nameOf(n)} (${n + 1})`;
-      if (document.activeElement !== name) name.value = names()[n] ?? "";
-    });
-  }
+  });
+  const call = (/** @type {number} */ n, /** @type {string} */ name) => {
+    const [id, before] = [store.exemplar?.id, given(n)];
+    const named = (/** @type {string} */ now) => kept.set({ names: { ...kept.of(id).names, [n]: now } }, id);
+    kit.history.add({ labels: null, back: () => named(before), again: () => named(name) }, true);
+  };
+  const show = () => cells.forEach(({ swatch, name }, n) => {
+    swatch.setAttribute("aria-pressed", String(n === kit.value));
+    swatch.ariaLabel = nameOf(n);
+    swatch.title = `${nameOf(n)} (${n + 1})`;
+    if (document.activeElement !== name) name.value = given(n);
+  });
+  const element = el("div", { class: "palette" }, cells.map(({ swatch, name }) => el("div", { class: "label-cell" }, swatch, name)));
+  follow(kit, element, show);
+  follow(store, element, show, "exemplar");
+  return { element, dip: (inks) => inks.slice(0, LABELS).forEach(({ side, pixels }, n) => {
+    const look = cells[n]?.look;
+    if (!look) return;
+    look.width = look.height = side;
+    look.getContext("2d")?.putImageData(new ImageData(new Uint8ClampedArray(pixels.buffer), side), 0, 0);
+  }) };
 }

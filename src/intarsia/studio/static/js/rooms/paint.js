@@ -8,7 +8,7 @@ import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
 import { FLAT, Labels } from "../paint/labels.js";
 import { imageOf, keep, restore } from "../paint/marks.js";
-import { LABELS, nameOf, Palette } from "../paint/palette.js";
+import { LABELS, nameOf, palette } from "../paint/palette.js";
 import { send } from "../paint/send.js";
 import { textures } from "../paint/textures.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
@@ -23,7 +23,8 @@ import { pixelsOf, sizeField } from "../parts/size.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Stage } from "../stage/stage.js";
 
-/** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar */
+/** @typedef {{source: Labels, target: Labels, result?: {picture: ImageBitmap, known: Uint8Array}}} Painted `result`: of known labels */
+/** @type {Map<string, Painted>} by exemplar */
 const painted = new Map();
 const kit = new Kit();
 const painting = new Settings("paint");
@@ -33,12 +34,15 @@ const MOST = 8192;
 const MOMENT = 150;
 /** Whether the result is shown while it is painted. */
 let live = true;
+/** How often a first look that is not there yet is asked for again: the studio has just begun. */
+let patience = 20;
+const NOTHING = new Uint8Array();
 
 export class PaintRoom extends HTMLElement {
   left = new Stage();
   right = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });
-  palette = new Palette(kit);
+  palette = palette(kit);
   told = el("span", { class: "corner low left", role: "status" });
   #gone = new AbortController();
   #asked = new AbortController();
@@ -111,18 +115,21 @@ export class PaintRoom extends HTMLElement {
     const labels = this.#labels();
     if (!labels || !(this.left.picture instanceof ImageBitmap)) return;
     const found = textures(labels.source, this.left.picture);
-    labels.target.dip(FLAT.map((flat, n) => found[n] ?? flat));
+    labels.target.redraw({ inks: FLAT.map((flat, n) => found[n] ?? flat) });
     this.palette.dip(labels.target.inks);
     this.right.draw();
   }
 
   /** Show the result where there is one, and over it what was painted since; or the labels. */
   #see() {
-    const target = this.#labels()?.target;
-    if (!target) return;
-    const result = live ? target.result : null;
-    this.right.layers = result ? [{ picture: target.fresh }] : [];
-    this.right.show(result ?? target.canvas, result ? "What is wanted" : "Labels that are wanted", [target.width, target.height]);
+    const labels = this.#labels();
+    if (!labels) return;
+    const { target } = labels;
+    const result = live ? labels.result : undefined;
+    const known = result?.known ?? NOTHING;
+    if (target.known !== known) target.redraw({ known });
+    this.right.layers = result ? [{ picture: target.canvas }] : [];
+    this.right.show(result?.picture ?? target.canvas, result ? "What is wanted" : "Labels that are wanted", [target.width, target.height]);
   }
 
   /** Ask for a first look at the result, unless more is painted in a moment. */
@@ -130,22 +137,23 @@ export class PaintRoom extends HTMLElement {
     this.#asked.abort();
     const { signal } = (this.#asked = new AbortController());
     const [exemplar, labels] = [store.exemplar, this.#labels()];
-    this.told.textContent = "";
-    if (!live || !exemplar || !labels) return;
+    const tell = (/** @type {string} */ line) => signal.aborted || (this.told.textContent = line);
     await new Promise((after) => setTimeout(after, MOMENT));
-    if (signal.aborted) return;
-    const lacking = this.#lacking(labels);
-    this.told.textContent = lacking || "…";
-    if (lacking) return;
+    const lacking = labels && live ? this.#lacking(labels) : "";
+    tell(lacking || (live ? "…" : ""));
+    if (signal.aborted || !live || !exemplar || !labels || lacking) return;
     const known = labels.target.data.slice();
     try {
       const asked = { verb: "paint", exemplars: [exemplar.id], options: await this.#options(labels) };
-      const result = await picture("/api/drafts", signal, asked);
-      labels.target.answer(result, known);
-      this.told.textContent = "A first look";
+      const seen = await picture("/api/drafts", signal, asked);
+      if (signal.aborted) return;
+      labels.result = { picture: seen, known };
+      tell("A first look");
       this.#see();
     } catch (error) {
-      if (!signal.aborted) this.told.textContent = error instanceof Error && !(error instanceof Refused && error.status === 204) ? error.message : "";
+      const none = error instanceof Refused && error.status === 204;
+      tell(none ? "" : String(error instanceof Error ? error.message : error));
+      if (none && patience-- > 0) setTimeout(() => signal.aborted || void this.#draft(), 20 * MOMENT);
     }
   }
 
@@ -164,6 +172,7 @@ export class PaintRoom extends HTMLElement {
       next.inks = labels.target.inks;
       next.lay(labels.target);
       labels.target = next;
+      labels.result = undefined;
     }
     this.#see();
   }
@@ -193,25 +202,20 @@ export class PaintRoom extends HTMLElement {
   /** A button that marks the exemplar by so many things that look alike. */
   #proposing() {
     const count = el("input", { class: "field", type: "number", min: "2", max: String(LABELS), step: "1", value: "2", "aria-label": "How many things" });
+    const act = async () => {
+      const [exemplar, labels] = [store.exemplar, this.#labels()?.source];
+      if (!exemplar || !labels || refused(row)) return;
+      const proposed = await numbers(`/api/exemplars/${exemplar.id}/labels/${count.value}.png`);
+      const before = labels.data.slice();
+      labels.lay(proposed);
+      kit.history.note(labels, before);
+    };
     const propose = button("Propose", () => {
-      if (refused(row)) return;
       propose.disabled = true;
-      void tried(() => this.#propose(count.value)).finally(() => (propose.disabled = false));
+      void tried(act).finally(() => (propose.disabled = false));
     }, { class: "framed", title: "Mark the example by what looks alike" });
     const row = el("div", { class: "things" }, el("span", {}, "How many things"), count, propose);
     return row;
-  }
-
-  /** @param {string} count */
-  async #propose(count) {
-    const exemplar = store.exemplar;
-    const labels = this.#labels()?.source;
-    if (!exemplar || !labels) return;
-    const proposed = await numbers(`/api/exemplars/${exemplar.id}/labels/${count}.png`);
-    const before = labels.data.slice();
-    labels.lay(proposed);
-    kit.history.note(labels, before);
-    this.left.draw();
   }
 
   /** Why nothing can be grown, if so.
