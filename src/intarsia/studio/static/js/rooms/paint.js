@@ -201,7 +201,7 @@ export class PaintRoom extends HTMLElement {
 
   /** A button that marks the exemplar by so many things that look alike. */
   #proposing() {
-    const count = el("input", { class: "field", type: "number", min: "2", max: String(LABELS), step: "1", value: "2", "aria-label": "How many things" });
+    const count = el("input", { class: "field", type: "number", required: true, min: "2", max: String(LABELS), step: "1", value: "2", "aria-label": "How many things" });
     const act = async () => {
       const [exemplar, labels] = [store.exemplar, this.#labels()?.source];
       if (!exemplar || !labels || refused(row)) return;
