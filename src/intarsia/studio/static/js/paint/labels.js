@@ -22,17 +22,8 @@ export class Labels {
     this.inks = [ground ? FLAT[0] ?? NONE : NONE, ...FLAT.slice(1)];
     this.data = new Uint8Array(width * height);
     this.canvas = new OffscreenCanvas(width, height);
-    /** How often something was painted. */
-    this.version = 0;
-    /** @type {Uint8Array} what lies below shows where the numbers are still these */
-    this.known = new Uint8Array();
-    this.paint();
-  }
-
-  /** Draw labels in another way from now on.
-   * @param {{inks?: Ink[], known?: Uint8Array}} how */
-  redraw(how) {
-    Object.assign(this, how);
+    this.version = 0; // one more whenever something was painted
+    this.known = new Uint8Array(); // where the numbers are still these nothing is drawn, so that what lies below is seen
     this.paint();
   }
 

@@ -3,14 +3,11 @@
 import { post } from "../core/api.js";
 import { png } from "./png.js";
 
-/** @type {WeakMap<Labels, {version: number, meaning: Meaning | undefined, id: Promise<string>}>} what was sent last */
+/** @type {WeakMap<import("./labels.js").Labels, {version: number, meaning: unknown, id: Promise<string>}>} what was sent last */
 const sent = new WeakMap();
 
-/** @typedef {import("./labels.js").Labels} Labels */
-/** @typedef {(value: number) => number} Meaning */
-
-/** Send labels, unless they were sent as they are.
- * @param {Labels} labels @param {Meaning} [meaning] what is sent for a number; by default itself @returns {Promise<string>} id of the image */
+/** Send labels, unless they were sent as they are. What comes back is the id of the image.
+ * @param {import("./labels.js").Labels} labels @param {(value: number) => number} [meaning] what is sent for a number; by default itself */
 export function send(labels, meaning) {
   const known = sent.get(labels);
   if (known?.version === labels.version && known.meaning === meaning) return known.id;

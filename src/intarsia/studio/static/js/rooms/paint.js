@@ -28,15 +28,10 @@ import { Stage } from "../stage/stage.js";
 const painted = new Map();
 const kit = new Kit();
 const painting = new Settings("paint");
-/** px a side of what is painted. */
-const MOST = 8192;
-/** ms without a change, so that a number that is typed, or undo again and again, is one. */
-const MOMENT = 150;
-/** Whether the result is shown while it is painted. */
-let live = true;
-/** How often a first look that is not there yet is asked for again: the studio has just begun. */
-let patience = 20;
-const NOTHING = new Uint8Array();
+const MOST = 8192; // px a side of what is painted
+const MOMENT = 150; // ms without a change, so that a number that is typed, or undo again and again, is one
+let live = true; // whether the result is shown while it is painted
+let patience = 20; // how often a first look that is not there yet is asked for again: the studio has just begun
 
 export class PaintRoom extends HTMLElement {
   left = new Stage();
@@ -52,11 +47,10 @@ export class PaintRoom extends HTMLElement {
     const { signal } = this.#gone;
     const look = segments("Wanted", [["labels", "Labels"], ["result", "Result"]], () => (live ? "result" : "labels"), (seen) => {
       live = seen === "result";
-      this.#see();
-      void this.#draft();
+      void [this.#see(), this.#draft()];
     });
     this.right.append(this.told);
-    const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right, look.element));
+    const pair = el("div", { class: "pair" }, half("Example", this.left), half("Wanted", this.right, look.element));
     const go = button("Grow", () => void this.grow(), { class: "strong big" });
     const { main, buttons } = beside(pair, go, "Paint on", signal);
     fill(this, main, this.panel);
@@ -95,6 +89,7 @@ export class PaintRoom extends HTMLElement {
       this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];
       this.left.show(seen, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
       this.#size();
+      this.#see();
       this.#dip();
       if (imageOf(id, "source") || imageOf(id, "target")) void this.#draft();
     });
@@ -115,19 +110,19 @@ export class PaintRoom extends HTMLElement {
     const labels = this.#labels();
     if (!labels || !(this.left.picture instanceof ImageBitmap)) return;
     const found = textures(labels.source, this.left.picture);
-    labels.target.redraw({ inks: FLAT.map((flat, n) => found[n] ?? flat) });
+    labels.target.inks = FLAT.map((flat, n) => found[n] ?? flat);
+    labels.target.paint();
     this.palette.dip(labels.target.inks);
     this.right.draw();
   }
 
   /** Show the result where there is one, and over it what was painted since; or the labels. */
   #see() {
-    const labels = this.#labels();
-    if (!labels) return;
-    const { target } = labels;
-    const result = live ? labels.result : undefined;
-    const known = result?.known ?? NOTHING;
-    if (target.known !== known) target.redraw({ known });
+    const { target, result: seen } = this.#labels() ?? {};
+    if (!target) return;
+    const result = live ? seen : undefined;
+    target.known = result?.known ?? new Uint8Array();
+    target.paint();
     this.right.layers = result ? [{ picture: target.canvas }] : [];
     this.right.show(result?.picture ?? target.canvas, result ? "What is wanted" : "Labels that are wanted", [target.width, target.height]);
   }
@@ -168,18 +163,15 @@ export class PaintRoom extends HTMLElement {
     if (!labels) return;
     const next = this.#blank();
     const { width, height } = labels.target;
-    if (next.width !== width || next.height !== height) {
-      next.inks = labels.target.inks;
-      next.lay(labels.target);
-      labels.target = next;
-      labels.result = undefined;
-    }
+    if (next.width === width && next.height === height) return;
+    next.inks = labels.target.inks;
+    next.lay(labels.target);
+    Object.assign(labels, { target: next, result: undefined });
     this.#see();
   }
 
   /** @param {HTMLElement} buttons to grow, and from the result back and on */
   #panel(buttons) {
-    const wrap = wrapChoice(painting);
     const weight = store.schema?.verbs.paint?.find((o) => o.name === "weight");
     fill(
       this.panel,
@@ -191,7 +183,7 @@ export class PaintRoom extends HTMLElement {
         el("div", { class: "group" }, this.palette.element, this.#proposing()),
         toolbar(kit),
         sizeField(painting),
-        el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
+        el("div", { class: "row" }, el("span", {}, "Tiles"), wrapChoice(painting).element),
         seedField(painting),
         methodPicker(painting, choicesOf("paint", "method")),
         weight && el("div", { class: "options" }, field(weight, painting)),
@@ -222,9 +214,8 @@ export class PaintRoom extends HTMLElement {
    * @param {{source: Labels, target: Labels}} labels */
   #lacking({ source, target }) {
     const marked = source.values;
-    const wanted = target.values.find((label) => !marked.includes(label));
-    if (wanted === undefined) return "";
-    return `${nameOf(wanted)} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.`;
+    const wanted = target.values.filter((label) => !marked.includes(label)).map(nameOf)[0];
+    return wanted ? `${wanted} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.` : "";
   }
 
   /** What is asked for, once both label pictures are there.
@@ -237,13 +228,11 @@ export class PaintRoom extends HTMLElement {
 
   /** Send both label pictures, and ask for what is painted. */
   async grow() {
-    const exemplar = store.exemplar;
-    const labels = this.#labels();
+    const [exemplar, labels] = [store.exemplar, this.#labels()];
     if (!exemplar || !labels || refused(this.panel)) return;
     const [wide, high] = pixelsOf(painting.options);
     if (Math.max(wide, high) > MOST) return complain(`Size: ${wide}x${high} cannot be painted; give at most ${MOST} px a side.`);
-    const lacking = this.#lacking(labels);
-    if (lacking) return complain(lacking);
+    if (this.#lacking(labels)) return complain(this.#lacking(labels));
     this.#asked.abort();
     await tried(async () => store.look((await store.start("paint", [exemplar.id], await this.#options(labels))).id));
   }
