@@ -108,6 +108,20 @@ class Served:
         """Queue a job."""
         return self.post("/api/jobs", {"verb": verb, "exemplars": exemplars, "options": options}, 202)
 
+    def held(self, exemplar: str) -> list[Any]:
+        """Jobs that keep both processes busy for minutes: one that is long, and one that is taken for short."""
+        return [
+            self.job("grow", [exemplar], method="image-quilting", patch="4", overlap="3", size=size)
+            for size in ("1600x1600", "724x724")
+        ]
+
+    def let(self, held: list[Any]) -> None:
+        """Stop these jobs."""
+        for job in held:
+            self.post(f"/api/jobs/{job['id']}/cancel")
+        for job in held:
+            self.ended(job)
+
     def ended(self, job: Any, within: float = 240) -> Any:
         """Wait for the end of a job."""
         until = time.monotonic() + within

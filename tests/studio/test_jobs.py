@@ -27,6 +27,12 @@ def running(served: Served, job: Any) -> None:
     assert served.get(f"/api/jobs/{job['id']}")["state"] == "running"
 
 
+def working(served: Served) -> list[int]:
+    """The processes that run a job."""
+    places = {p: Path(f"/proc/{p}/cwd").resolve() for p in served.processes()}
+    return [p for p, place in places.items() if place.parent.name == "results" and place.name.startswith(".under-way")]
+
+
 def ended_processes(pids: list[int]) -> bool:
     until = time.monotonic() + 10
     while any(map(lives, pids)) and time.monotonic() < until:
@@ -119,7 +125,7 @@ class TestCancel:
     def test_a_worker_that_does_not_listen_is_ended(self, served: Served, small: str) -> None:
         job = served.job("grow", [small], **LONG)
         running(served, job)
-        (worker,) = (p for p in served.processes() if Path(f"/proc/{p}/cwd").resolve().name.startswith(".under-way"))
+        (worker,) = working(served)
         os.kill(worker, signal.SIGSTOP)
         served.post(f"/api/jobs/{job['id']}/cancel")
         assert served.ended(job, within=10)["state"] == "cancelled"
@@ -129,7 +135,7 @@ class TestCancel:
     def test_a_worker_that_is_killed_fails_its_job_alone(self, served: Served, small: str) -> None:
         job = served.job("grow", [small], **LONG)
         running(served, job)
-        (worker,) = (p for p in served.processes() if Path(f"/proc/{p}/cwd").resolve().name.startswith(".under-way"))
+        (worker,) = working(served)
         os.kill(worker, signal.SIGKILL)
         failed = served.ended(job)
         assert failed["state"] == "failed"
@@ -155,7 +161,7 @@ class TestHistory:
         job = first.ended(first.job("grow", [exemplar], **QUICK))
         files = first.files(first.get(f"/api/results/{job['result']}"))
         cut = first.job("grow", [exemplar], **LONG)
-        waits = first.job("grow", [exemplar], **QUICK, seed=2)
+        waits = first.job("grow", [exemplar], method="wei-levoy", size="24x20")  # counts as long: it waits
         running(first, cut)
         pids = first.processes()
         first.kill()

@@ -38,23 +38,42 @@ def test_with_nothing_compiled_the_first_result_waits_for_its_own_kernels_alone(
 
 
 def test_a_job_that_waits_tells_for_what_and_shows_no_exemplar(page: Desk, small: str) -> None:
-    first = page.served.job("grow", [small], method="image-quilting", patch="4", size="1600x1600")
+    page.page.route("**/preview.png*", lambda route: route.abort())
+    held = page.served.held(small)
     page.sample("tiles")
     page.quick()
     page.button("Grow").click()
-    expect(page.page.locator(".awaited")).to_have_text("Waiting for another job")
+    expect(page.page.locator(".awaited")).to_have_text("Waiting for 2 other jobs")
     page.page.get_by_role("heading", name="Growing ...").wait_for()
     assert grey(page) == (96, 80)
     page.page.locator(".progress").get_by_role("button", name="Cancel").click()
     page.page.get_by_role("heading", name="Cancelled").wait_for()
     assert grey(page) == (96, 80)
-    page.served.post(f"/api/jobs/{first['id']}/cancel")
-    page.served.ended(first)
+    page.served.let(held)
+    page.wrong.clear()  # previews that were held back
+
+
+def test_a_draft_is_seen_of_a_job_that_waits_and_what_it_waits_for(page: Desk, small: str) -> None:
+    held = page.served.held(small)
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    expect(page.page.locator(".awaited")).to_have_text("Waiting for 2 other jobs")
+    page.until(lambda: len(np.unique(page.seen().reshape(-1, 4), axis=0)) > 500)
+    (job,) = (job for job in page.served.get("/api/jobs") if job["state"] == "queued")
+    expect(page.page.locator(".awaited")).to_have_text("Waiting for 2 other jobs")
+    page.served.let(held)
+    page.grown()
+    expect(page.page.locator(".awaited")).to_be_hidden()
+    assert page.served.get(f"/api/jobs/{job['id']}")["state"] == "done"
 
 
 @pytest.mark.parametrize(
     ("verb", "stage", "said"),
-    [("heal", None, "Healing"), ("heal", "grow", "Healing"), ("tile", "grow", "Tiling"), ("grow", "render", "Drawing")],
+    [
+        ("heal", None, "Looking at the example"), ("heal", "grow", "Healing"), ("tile", "grow", "Tiling"),
+        ("grow", "render", "Drawing"), ("render", None, "Drawing"),
+    ],
 )
 def test_what_a_job_is_at_is_said_as_people_say_it(page: Desk, verb: str, stage: str | None, said: str) -> None:
     script = "async job => (await import('/static/js/core/words.js')).state(job)"

@@ -15,7 +15,7 @@ else:
 
 def test_one_cell_is_cancelled_alone_and_scores_are_seen_whole_on_narrow_cells(page: Desk, small: str) -> None:
     page.page.set_viewport_size({"width": 880, "height": 600})
-    first = page.served.job("grow", [small], method="image-quilting", patch="4", size="1600x1600")
+    held = page.served.held(small)
     page.sample("tiles")
     page.quick()
     page.page.get_by_label("Seed", exact=True).fill("123456")
@@ -27,7 +27,7 @@ def test_one_cell_is_cancelled_alone_and_scores_are_seen_whole_on_narrow_cells(p
     expect(cells.nth(1).get_by_role("button", name="Cancel", exact=True)).to_be_hidden()
     jobs = [page.served.get(f"/api/jobs/{cells.nth(n).locator('.thumb').get_attribute('data-job')}") for n in range(4)]
     assert [job["state"] for job in jobs] == ["queued", "cancelled", "queued", "queued"]
-    page.served.post(f"/api/jobs/{first['id']}/cancel")
+    page.served.let(held)
     for job in jobs[0], *jobs[2:]:
         cell = page.page.locator(f".sheet .cell:has([data-job='{job['id']}'])")
         score = cell.locator(".caption strong")

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from studio.served import QUICK, pixels, png
 
 from intarsia.cli import Report
@@ -67,8 +66,7 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
         for number, (name, height) in enumerate((("fine", 10), ("large", large), ("slow", 10))):
             row = {"id": f"{number:016}", "name": name, "width": 100, "height": height, "files": [f"{name}.png"]}
             store.put("exemplars", row)
-        jobs = Jobs(store, Events(), worker, Worker(), Worker())  # type: ignore[arg-type]
-        jobs.begin()
+        jobs = queue(store, worker)
         trials = lambda: [words[1].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
         await settled(lambda: ("warm", None) in worker.asked)
         for name in ("0" * 16, "0" * 15 + "1", "f" * 16):
@@ -89,15 +87,42 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
     asyncio.run(work())
 
 
-def opened(folder: Path, worker: Worker, slow: Worker | None = None) -> Jobs:
+class Drawer:
+    """Drafts that are drawn when they are let; it notes of which jobs."""
+
+    def __init__(self) -> None:
+        self.asked, self.let, self.process = list[Any](), asyncio.Event(), Worker()
+        self.let.set()
+
+    async def begin(self) -> None:
+        """It is ready at once."""
+
+    async def get(self, job: Any) -> bytes:
+        """Draw it, however long that takes."""
+        self.asked.append(job["options"])
+        await self.let.wait()
+        return b"a draft"
+
+
+def queue(
+    store: Store, worker: Worker, second: Worker | None = None, slow: Worker | None = None, drafts: Drawer | None = None
+) -> Jobs:
+    """A queue with these processes, at work."""
+    jobs = Jobs(store, Events(), Worker(), drafts or Drawer())  # type: ignore[arg-type]
+    jobs.worker, jobs.second, jobs.slow = worker, second or Worker(), slow or Worker()  # type: ignore[assignment]
+    jobs.begin()
+    return jobs
+
+
+def opened(
+    folder: Path, worker: Worker, second: Worker | None = None, slow: Worker | None = None, drafts: Drawer | None = None
+) -> Jobs:
     """The queue of a folder with two exemplars: one is looked at in no time, the other never to the end."""
     store = Store(folder)
     for number, name in enumerate(("fine", "slow")):
         row = {"id": f"{number:016}", "name": name, "width": 100, "height": 10, "files": [f"{name}.png"]}
         store.put("exemplars", row)
-    jobs = Jobs(store, Events(), worker, slow or Worker(), Worker())  # type: ignore[arg-type]
-    jobs.begin()
-    return jobs
+    return queue(store, worker, second, slow, drafts)
 
 
 def test_a_job_goes_before_warming_which_goes_on_afterwards(tmp_path: Path) -> None:
@@ -131,7 +156,7 @@ def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_not
     async def work() -> None:
         worker, slow = Worker(), Endless()
         slow.asked = worker.asked
-        jobs = opened(tmp_path, worker, slow)
+        jobs = opened(tmp_path, worker, slow=slow)
         await settled(lambda: not jobs.busy)
 
         def add(method: str) -> str:
@@ -194,26 +219,111 @@ class Deaf(Worker):
         """Go on."""
 
 
-def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use_to_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("intarsia.studio.jobs.PATIENCE", 0.05)
-
+def test_an_analysis_is_taken_over_by_the_job_that_needs_it_and_holds_up_no_other(tmp_path: Path) -> None:
     async def work() -> None:
-        worker = Deaf()
-        jobs = opened(tmp_path, worker)
+        worker, second = Deaf(), Worker()
+        jobs = opened(tmp_path, worker, second)
+        state = lambda job: jobs.now(jobs.store.row("jobs", job["id"]))["state"]  # noqa: E731
         await settled(lambda: not jobs.busy)
         slow = "0" * 15 + "1"
         jobs.prepare(slow)
         await settled(lambda: jobs._preparing == slow)
-        first = jobs.add({"verb": "grow", "exemplars": [slow], "options": dict(QUICK)})
-        assert (first["state"], first["stage"]) == ("queued", "the exemplar is looked at")
+        first = jobs.add({"verb": "grow", "exemplars": [slow], "options": {"size": "48x40"}})
+        assert (first["state"], first["stage"], first["began"]) == ("queued", "look", first["created"])
         assert jobs.busy  # no sketch is drawn before it
-        await asyncio.sleep(0.2)
-        assert not worker.ended  # what is found out serves this job
-        jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})
-        await settled(lambda: worker.ended and jobs.now(jobs.store.row("jobs", first["id"]))["state"] == "failed")
-        assert jobs.now(jobs.store.row("jobs", first["id"]))["stage"] is None
+        other = "grow", "0" * 16, {"size": "2048"}
+        for verb, exemplar, options in (("tile", slow, {}), ("grow", slow, dict(QUICK)), other):
+            job = jobs.add({"verb": verb, "exemplars": [exemplar], "options": options})
+            await settled(lambda job=job: state(job) == "failed")
+        assert (state(first), jobs._preparing, worker.ended) == ("queued", slow, False)
+        assert [do for do, _ in second.asked] == ["prepare", *["command"] * 3]
+        worker.stopped.set()
+        await settled(lambda: state(first) == "failed")
+        ended = jobs.now(jobs.store.row("jobs", first["id"]))
+        assert (worker.asked[-1][0], ended["stage"], ended["began"]) == ("command", None, first["created"])
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+class Large(Worker):
+    """A process that grows what is large until it is cancelled."""
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Work on and on."""
+        if not {"--size=2048x2048", "--size=600x600"} & {*(given.get("words") or ())}:
+            return await super().ask(do, heard, **given)
+        self.asked.append((do, given["words"]))
+        self.stopped.clear()
+        await self.stopped.wait()
+        raise FailedError("cancelled", 130)
+
+
+def test_a_short_job_waits_for_no_long_one_and_a_second_long_one_waits(tmp_path: Path) -> None:
+    async def work() -> None:
+        worker, second = Large(), Large()
+        jobs = opened(tmp_path, worker, second)
+        state = lambda job: jobs.now(jobs.store.row("jobs", job["id"]))["state"]  # noqa: E731
+
+        def add(verb: str = "grow", **options: Any) -> Any:
+            return jobs.add({"verb": verb, "exemplars": ["0" * 16], "options": options})
+
+        await settled(lambda: not jobs.busy)
+        long = [add(size="2048x2048", seed=n) for n in range(3)]
+        short = add(**QUICK), add("tile"), add(size="512")
+        await settled(lambda: {state(job) for job in short} == {"failed"})
+        pixelwise = add(method="wei-levoy", size="96x96")
+        assert [state(job) for job in long] == ["running", "queued", "queued"]
+        assert jobs.busy
+        assert jobs.cancel(jobs.store.row("jobs", long[1]["id"]))["state"] == "cancelled"
+        jobs.cancel(jobs.store.row("jobs", long[0]["id"]))
+        await settled(lambda: state(long[2]) == "running")
+        assert state(pixelwise) == "queued"
+        short = add(size="600x600"), add(**QUICK)
+        await settled(lambda: state(short[0]) == "running")
+        assert state(short[1]) == "queued"
+        jobs.cancel(jobs.store.row("jobs", short[0]["id"]))
+        await settled(lambda: [state(job) for job in short] == ["cancelled", "failed"])
+        assert state(long[2]) == "running"
+        jobs.cancel(jobs.store.row("jobs", long[2]["id"]))
+        await settled(lambda: state(pixelwise) == "failed")
+        assert [state(job) for job in long] == ["cancelled"] * 3
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+class Shown(Large):
+    """One that shows its work before it goes on."""
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Show it."""
+        if "--size=2048x2048" in (given.get("words") or ()):
+            heard({"preview": True}, b"the work")
+        return await super().ask(do, heard, **given)
+
+
+def test_a_draft_is_seen_of_a_job_that_waits_and_never_after_its_own_previews(tmp_path: Path) -> None:
+    async def work() -> None:
+        worker, drafts = Shown(), Drawer()
+        jobs = opened(tmp_path, worker, drafts=drafts)
+        await settled(lambda: not jobs.busy)
+        drafts.let.clear()
+        asked = {"verb": "grow", "exemplars": ["0" * 16]}
+        first, second, third = (jobs.add({**asked, "options": {"size": "2048", "seed": n}}) for n in range(3))
+        await settled(lambda: drafts.asked == [third["options"]])  # the latest first
+        await settled(lambda: jobs.previews == {first["id"]: (1, b"the work")})
+        jobs.cancel(jobs.store.row("jobs", third["id"]))
+        drafts.let.set()
+        await settled(lambda: second["id"] in jobs.previews)
+        assert jobs.previews == {first["id"]: (1, b"the work"), second["id"]: (1, b"a draft")}
+        assert drafts.asked == [third["options"], second["options"]]
+        jobs.cancel(jobs.store.row("jobs", first["id"]))
+        await settled(lambda: jobs.previews == {second["id"]: (2, b"the work")})
+        jobs.cancel(jobs.store.row("jobs", second["id"]))
+        await settled(lambda: jobs.previews == {})
         await jobs.end()
         jobs.store.close()
 

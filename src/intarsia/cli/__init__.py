@@ -319,6 +319,8 @@ class Progress:
         `exemplars` are those of the map that grows in it.
         """
         self._stage, self._span, self._exemplars, self._told = name, (begin, end), exemplars, 0.0
+        if _listener is not None:
+            _listener(self._fraction, name, None, exemplars)
         return self._step
 
     def next_part(self, parts: int = 1) -> None:

@@ -74,7 +74,7 @@ class Studio:
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.drafts = Drafts(self.store, self.showing.pictures)
-        self.jobs = Jobs(self.store, self.events, (Process(), Process()), Process(nice=10), beside, self.drafts)
+        self.jobs = Jobs(self.store, self.events, beside, self.drafts)
         self.weaves = Weaves(self.store, self.showing.pictures)
         self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
 

@@ -1,23 +1,23 @@
 """The job queue: states, progress, cancelling and restart of jobs.
 
-Two processes run jobs, at most one of which is long, so that a short job waits for none; slow methods have their own.
+A second process runs what the first one would not run at once, but no second long job; slow methods have their own.
 """
 
 from __future__ import annotations
 
 import asyncio
 import os
+import re
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from ..foundation import AUTO_METHOD, IntarsiaError
+from ..foundation import IntarsiaError
 from .pictures import Drafts
 from .processes import FailedError, Process
 from .requests import LIMITS, Words, asked_of, result_of, words_of
@@ -27,11 +27,8 @@ PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)
 """Methods that take minutes where others take seconds: their jobs start when no other waits, and delay none."""
 
-SHORT, MOST = {"render": 1 << 24, "heal": 1 << 21, "extend": 1 << 20, "tile": 1 << 20}, 1 << 19
-"""Up to so many px, of the picture that is made, a job of a verb is short: it takes a few seconds. MOST: of others."""
-
 LONG = (*SLOW, "wei-levoy", "ashikhmin", "segment-based")
-"""Methods whose jobs are never short."""
+SMALL = 1 << 19  # px: larger pictures, and those of these methods, take more than a few seconds
 
 TRIAL = ("--size=512", "--output=out.png", "--json")  # options of growing an exemplar before a job comes
 CANCELLED = 130  # exit code
@@ -39,45 +36,23 @@ LOOKING = "look"  # stage of a job that takes over an analysis
 PATIENCE = 3.0  # s after which a worker that does not stop is killed
 
 
-@dataclass(eq=False)
-class Lane:
-    """A process that runs one job after another, and what it is at."""
-
-    process: Process
-    wake: asyncio.Event = field(default_factory=asyncio.Event)
-    job: Row | None = None
-    preparing: str | None = None
-    warming: bool = False
-    hurry: bool = False  # a job came meanwhile
-    warmed: int | None = 0  # pid of the process that has all kernels
-    known: deque[str] = field(default_factory=lambda: deque(maxlen=4))  # exemplars analysed, as many as it keeps
-
-    @property
-    def warm(self) -> bool:
-        """Whether its process has all kernels."""
-        return self.process.pid == self.warmed
-
-    @property
-    def idle(self) -> bool:
-        """Whether it does nothing."""
-        return not (self.job or self.preparing or self.warming)
-
-
 class Jobs:
     """All jobs, and the worker processes that run them."""
 
-    def __init__(
-        self, store: Store, events: Events, workers: Sequence[Process], slow: Process, beside: Process, drafts: Drafts
-    ) -> None:
-        self.store, self.events, self.slow, self.beside, self.drafts = store, events, slow, beside, drafts
-        self.lanes = [Lane(process) for process in workers]
+    def __init__(self, store: Store, events: Events, beside: Process, drafts: Drafts) -> None:
+        self.store, self.events, self.beside, self.drafts = store, events, beside, drafts
+        self.worker, self.second, self.slow = Process(), Process(), Process(nice=10)
         self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: Row = {"done": 0, "total": 1}
         self._running: dict[str, Process] = {}
         self._live: dict[str, Row] = {}  # progress of running jobs, which is not stored
         self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
-        self._wake_slow = asyncio.Event()
+        self._preparing: str | None = None
+        self._warming = self._hurry = False  # hurry: a job came meanwhile
+        self._warmed: int | None = 0  # pid of the process that has all kernels
+        self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker has analysed, as many as it keeps
+        self._wakes = [asyncio.Event() for _ in range(3)]
         self._to_draft: asyncio.LifoQueue[Row] = asyncio.LifoQueue()
         self._tasks = list[asyncio.Task[Any]]()
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
@@ -86,7 +61,7 @@ class Jobs:
 
     def begin(self) -> None:
         """Start the tasks that run, draft and score jobs."""
-        works = [*map(self._work, self.lanes), self._work_slowly(), self._draft(), self._score()]
+        works = self._work(), self._work_beside(), self._work_slowly(), self._draft(), self._score()
         self._tasks = [asyncio.create_task(each) for each in works]
 
     async def end(self) -> None:
@@ -96,7 +71,7 @@ class Jobs:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
-        for process in (*(lane.process for lane in self.lanes), self.slow, self.beside, self.drafts.process):
+        for process in (self.worker, self.second, self.slow, self.beside, self.drafts.process):
             await process.end()
 
     def add(self, given: Row) -> Row:
@@ -111,20 +86,22 @@ class Jobs:
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
             "label": " ".join([asked["verb"], *names]), "stage": None,
         }  # fmt: skip
-        if self._looking(job):
+        if self._preparing is not None and self._preparing == _analysed(job):
             self._live[job["id"]] = {"began": job["created"], "stage": LOOKING}
         if not _is_slow(asked):
-            self._go_first()
+            self._hurry = True
+            if self._preparing or self._warming:
+                self.worker.cancel()  # what is found out stays
         self._to_draft.put_nowait(job)
         return self._tell(job)
 
     def prepare(self, name: str) -> None:
-        """Have an exemplar analysed as soon as no job runs, and read for drafts."""
+        """Have the worker analyse an exemplar as soon as it is idle, and drafts know it."""
         row = self.store.get("exemplars", name)
-        if row is None or any(name in lane.known for lane in self.lanes):
-            return
-        self._to_draft.put_nowait({"id": None, "verb": "grow", "exemplars": [name], "options": {}})
-        if row["width"] * row["height"] <= PREPARED:
+        if row is not None:
+            drafted = self.drafts.get({"verb": "grow", "exemplars": [name], "options": {}})
+            self._tasks.append(asyncio.create_task(drafted))
+        if row is not None and row["width"] * row["height"] <= PREPARED and name not in self._prepared:
             self._to_prepare = name
             self._wake()
 
@@ -134,8 +111,9 @@ class Jobs:
 
     @property
     def busy(self) -> bool:
-        """Whether a job runs or comes, or kernels are compiled; slow methods in their own process do not count."""
-        return self.warmth["done"] < self.warmth["total"] or any(lane.hurry or lane.job for lane in self.lanes)
+        """Whether a job runs, or kernels are compiled; slow methods in their own process do not count."""
+        quick = {self.worker, self.second} & {*self._running.values()}
+        return self._hurry or bool(quick) or self.warmth["done"] < self.warmth["total"]
 
     def cancel(self, job: Row) -> Row:
         """Cancel a job that is queued or running; status 409 for others."""
@@ -165,145 +143,128 @@ class Jobs:
 
     def _tell(self, job: Row) -> Row:
         self.store.put("jobs", job)
-        job = self.now(job)
-        self.events.tell("job", job)
+        self.events.tell("job", told := self.now(job))
         self._wake()
-        return job
+        return told
 
     def _wake(self) -> None:
-        for event in (self._wake_slow, *(lane.wake for lane in self.lanes)):
+        for event in self._wakes:
             event.set()
-
-    def _go_first(self) -> None:
-        """Cancel preparatory work, which leaves what it has found out."""
-        for lane in self.lanes:
-            lane.hurry = True
-            if lane.preparing or (lane.warming and lane is self.lanes[0]):
-                lane.process.cancel()
-
-    def _looking(self, job: Row) -> list[Lane]:
-        """Return the process that analyses the exemplar of a job just now, if the job needs that."""
-        name = _analysed(job)
-        return [lane for lane in self.lanes if name is not None and lane.preparing == name]
 
     def _end_worker(self, name: str) -> None:
         if name in self._running and name in self._cancelled:
             self._tasks.append(asyncio.create_task(self._running[name].end()))
 
-    async def warm(self, lane: Lane) -> None:
-        """Have a process load or compile kernels; the first one tells of it, and stops when a job comes."""
-        first = lane is self.lanes[0]
+    async def warm(self) -> None:
+        """Have the worker load or compile kernels, until a job comes."""
 
         def heard(said: Row, data: bytes) -> None:
-            if "warm" in said and first:
+            if "warm" in said:
                 self.warmth = dict(zip(("done", "total"), said["warm"], strict=True))
                 self.events.tell("warm", self.warmth)
-                if lane.hurry:  # it came before the process was there
-                    lane.process.cancel()
+                if self._hurry:  # it came before the process was there
+                    self.worker.cancel()
 
-        lane.warming = True
+        self._warming = True
         try:
-            await lane.process.ask("warm", heard)
+            await self.worker.ask("warm", heard)
         except FailedError as e:
             if e.exit_code == CANCELLED:
                 return
         finally:
-            lane.warming = False
-        lane.warmed = lane.process.pid
-        lane.known.clear()
-        if first:
-            self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
-            self.events.tell("warm", self.warmth)
-            self._tasks.append(asyncio.create_task(self.drafts.begin()))
-            self._wake()  # the others can load what was compiled
+            self._warming = False
+        self._warmed = self.worker.pid
+        self._prepared.clear()
+        self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
+        self.events.tell("warm", self.warmth)
+        self._wake()  # the second can load what was compiled
 
     def _waiting(self, slow: bool) -> list[Row]:
         return [job for job in self.store.all("jobs") if job["state"] == "queued" and _is_slow(job) == slow]
 
+    def _next(self, busy: Callable[[Row], bool] = lambda _: True) -> Row | None:
+        """Return the first job that may run now, of those for which the other process is `busy`."""
+        run = [self.store.row("jobs", name) for name, process in self._running.items() if process is not self.slow]
+        alone = all(map(_is_short, run))
+        return next((job for job in self._waiting(slow=False) if busy(job) and (alone or _is_short(job))), None)
+
     async def _work_slowly(self) -> None:
         """Run the jobs of slow methods while no other job waits."""
         while True:
-            self._wake_slow.clear()
+            self._wakes[2].clear()
             waiting = self._waiting(slow=True)
             if waiting and not self._running and not self._waiting(slow=False):
                 await self._carry_out(waiting[0], self.slow)
                 await self.slow.end()
             else:
-                await self._wake_slow.wait()
+                await self._wakes[2].wait()
 
-    async def _work(self, lane: Lane) -> None:
+    async def _work_beside(self) -> None:
+        """Run the jobs for which the first process has no time."""
+
+        def busy(job: Row) -> bool:
+            return self.worker in self._running.values() or self._preparing not in (None, _analysed(job))
+
+        ready: int | None = 0
         while True:
-            lane.wake.clear()
-            lane.hurry = False
-            job = self._next(lane)
+            self._wakes[1].clear()
+            job = self._next(busy)
             if job is not None:
-                lane.job = job
-                await self._carry_out(job, lane.process)
-                lane.job = None
-                lane.known += [name for name in (_analysed(job),) if name is not None and name not in lane.known]
-            elif not lane.warm and (lane is self.lanes[0] or self.lanes[0].warm):
-                await self.warm(lane)
-            elif self._to_prepare is not None and not any(each.job for each in self.lanes):
-                await self._prepare(lane, self._to_prepare)
+                await self._carry_out(job, self.second)
+            elif self.second.pid != ready and self.worker.pid == self._warmed:
+                with suppress(FailedError):
+                    await self._try(self.second, "sample:stones")
+                ready = self.second.pid
             else:
-                await lane.wake.wait()
+                await self._wakes[1].wait()
 
-    def _next(self, lane: Lane) -> Row | None:
-        """Return the job that a process is to run now: one that no other suits better, and no second long one."""
-        free = [each for each in self.lanes if each.idle and (each.warm or each is self.lanes[0])]
-        long = any(each.job is not None and not self._is_short(each.job) for each in self.lanes)
-        for job in self._waiting(slow=False):
-            best = self._looking(job) or sorted(free, key=lambda each: _analysed(job) not in each.known)
-            if best[:1] == [lane] and (not long or self._is_short(job)):
-                return job
-        return None
+    async def _work(self) -> None:
+        while True:
+            self._wakes[0].clear()
+            self._hurry = False
+            job = self._next()
+            if job is not None:
+                await self._carry_out(job, self.worker)
+            elif self.worker.pid != self._warmed:
+                await self.warm()
+            elif self._to_prepare is not None and not self._running:
+                self._preparing, self._to_prepare = self._to_prepare, None
+                with suppress(IntarsiaError):  # its job will report why
+                    await self._try(self.worker, *Words(self.store).exemplar(self._preparing))
+                    self._prepared.append(self._preparing)
+                self._preparing = None
+            else:
+                await self._wakes[0].wait()
 
-    def _is_short(self, job: Row) -> bool:
-        """Whether a job takes a few seconds, as far as its verb, method and size tell."""
-        try:
-            size = words_of(job, self.store).request.size
-        except IntarsiaError:  # it ends at once
-            return True
-        exemplar = self.store.get("exemplars", job["exemplars"][0]) if job["exemplars"] else None
-        if size is None and exemplar is not None:
-            twice = 1 if job["verb"] in SHORT else 2
-            size = twice * exemplar["width"], twice * exemplar["height"]
-        area = 0 if size is None else size[0] * size[1]
-        return area <= SHORT.get(job["verb"], MOST) and job["options"].get("method") not in LONG
+    async def _try(self, process: Process, *exemplar: str) -> None:
+        """Grow an exemplar in vain, so that a process knows it, and how to grow."""
+        with self.store.under_way("exemplars") as folder:
+            await process.ask("command", words=["grow", *exemplar, *TRIAL], folder=str(folder))
 
     async def _draft(self) -> None:
-        """Draft the jobs that wait, or have just begun, the latest first; a draft comes before real previews or never.
-
-        One without an id has its exemplar read, and no picture is shown.
-        """
+        """Draft jobs, the latest first; a draft comes before previews of the work itself, or not at all."""
+        await self.drafts.begin()
         while True:
-            job = await self._to_draft.get()
-            name = job["id"]
-
-            async def late(name: str | None = name) -> bool:
-                row = None if name is None else self.store.get("jobs", name)
-                return name is not None and (row is None or row["state"] not in OPEN or name in self.previews)
-
-            with suppress(IntarsiaError):  # the job will report why
-                data = await self.drafts.get(job, late)
-                if data and name is not None and not await late():
+            name = (job := await self._to_draft.get())["id"]
+            with suppress(IntarsiaError):  # its job will report why
+                data = await self.drafts.get(job) if self._undrawn(name) else b""
+                if data and self._undrawn(name):
                     self._preview(name, data)
 
-    async def _prepare(self, lane: Lane, name: str) -> None:
-        self._to_prepare, lane.preparing = None, name
-        try:
-            with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
-                words = ["grow", *Words(self.store).exemplar(name), *TRIAL]
-                await lane.process.ask("command", words=words, folder=str(folder))
-        finally:
-            lane.preparing = None
-        lane.known.append(name)
+    def _undrawn(self, name: str) -> bool:
+        job = self.store.get("jobs", name)
+        return job is not None and job["state"] in OPEN and name not in self.previews
+
+    def _preview(self, name: str, data: bytes) -> None:
+        number = self.previews.get(name, (0, b""))[0] + 1
+        self.previews[name] = (number, data)
+        self.events.tell("preview", {"id": name, "number": number})
 
     async def _carry_out(self, job: Row, process: Process) -> None:
         """Run a job and write how it ended."""
         name = job["id"]
-        self._running[name], began = process, self._live.get(name, {}).get("began", time.time())
-        self._live[name] = {}
+        began = self._live.get(name, {}).get("began", time.time())
+        self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": began, "fraction": 0.0, "stage": None}
         self._tell(job)
         failed: Row
@@ -328,11 +289,6 @@ class Jobs:
         self._tell(job | self._live.pop(name) | failed | {"ended": time.time()})
         if failed.get("result") and failed.get("score") is None:
             self._to_score.put_nowait(name)
-
-    def _preview(self, name: str, data: bytes) -> None:
-        number = self.previews.get(name, (0, b""))[0] + 1
-        self.previews[name] = (number, data)
-        self.events.tell("preview", {"id": name, "number": number})
 
     def _hearing(self, job: Row) -> Any:
         """Return a function that handles what the worker reports of a job."""
@@ -378,8 +334,13 @@ def _is_slow(job: Row) -> bool:
     return job["options"].get("method") in SLOW
 
 
+def _is_short(job: Row) -> bool:
+    """Whether a job takes a few seconds: a small picture, or a change of one."""
+    sides = [int(side) for side in re.findall("[0-9]+", str(job["options"].get("size", SMALL)))]
+    small = job["verb"] not in ("grow", "weave") or sides[0] * sides[-1] <= SMALL
+    return small and job["options"].get("method") not in LONG
+
+
 def _analysed(job: Row) -> str | None:
     """Return the exemplar that a job needs to have analysed."""
-    if job["verb"] != "grow" or job["options"].get("method", AUTO_METHOD) != AUTO_METHOD:
-        return None
-    return str(job["exemplars"][0])
+    return job["exemplars"][0] if job["verb"] == "grow" and job["options"].get("method", "auto") == "auto" else None

@@ -22,7 +22,7 @@ from .uploads import Uploads
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
 LABELS = 6  # that the page paints with
-DRAFTED = ("grow", "paint", "extend", "heal")
+DRAFTED = ("grow", "paint")
 """The verbs of which there are drafts."""
 
 WITHIN = 120.0  # s for one picture
@@ -209,19 +209,17 @@ class Drafts:
     """Draws at once what jobs will make, coarsely, one after another in a process of its own."""
 
     def __init__(self, store: Store, pictures: Pictures) -> None:
-        self.store, self.pictures, self.process, self.ready = store, pictures, Process(), False
+        self.store, self.pictures, self.process = store, pictures, Process()
 
     async def begin(self) -> None:
-        """Start the process, with all that a draft needs; before, there are none."""
+        """Start the process, with all that a draft needs."""
         with suppress(FailedError):
-            words = ["grow", "sample:stones", "--size=64"]
-            await self.process.ask("draft", within=WITHIN, words=words, folder=str(self.store.folder))
-            self.ready = True
+            await self.process.ask("draft", words=["grow", "sample:stones", "--size=64"], folder=str(self.store.folder))
 
     async def get(self, job: Row, gone: Gone | None = None) -> bytes:
         """Return a draft of a job as PNG; empty if there is none, or if its client has gone."""
         words = words_of(job, self.store).said
-        if job["verb"] not in DRAFTED or not self.ready:
+        if job["verb"] not in DRAFTED:
             return b""
 
         async def draw() -> bytes:

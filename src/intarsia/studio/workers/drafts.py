@@ -5,74 +5,75 @@ from __future__ import annotations
 from contextlib import chdir
 from dataclasses import replace
 
-import numpy as np
-
 from ...cli import CANCEL, Report
 from ...cli.plan import shelves_of
 from ...cli.verbs import read_argv
 from ...foundation import InputError
+from ...foundation.arrays import Pair
 from ...foundation.run import Run
+from ...kernels import no_longer, on_first_compilation
 from ...methods import make
 from ...model import Exemplar
-from ...model.canvas import Canvas, Guide
+from ...model.canvas import Guide
 from ...model.image import Plane
-from ...model.sourcemap import SourceMap
 from ...rendering.magnification import magnified, reduced
-from ...synthesis import Scene, carry_out, planned
+from ...synthesis import synthesize
 from .commands import hold
 from .decoding import png, seen
 from .worker import Answer, Json, Tell
 
 METHOD = "image-quilting"  # its pictures look like those of others from afar, and take a tenth of their time
-GUIDED = {"boundary_isometries": "none"}
-SIDE, LEAST = 512, 40  # px: of a draft, and of the exemplar reduced for it, as of less nothing would be known again
-LARGEST = 1024  # px of a draft whose exemplar cannot be reduced as much as is wanted
-FINER = 2  # times as fine as it is grown a painted draft is drawn, as labels take time
+SIDE, MOST = 512, 1024  # px of a draft; and at most, where the exemplar cannot be reduced as much as is wanted
+LEAST = 40  # px of a reduced exemplar: in less nothing would be known again
+FINER = 2  # times as fine as it is grown a draft is drawn that has labels or large exemplars, which take time
 
 
 def draft(said: Json, tell: Tell) -> Answer:
-    """Return a draft of the words of a command, read in a folder, as PNG: reduced, and of the first plane alone."""
+    """Return a draft of the words of a command, read in a folder, as PNG: reduced, and of the first plane alone.
+
+    InputError if it cannot be drafted, or if something would have to be compiled for it, which takes long.
+    """
     hold()
+    on_first_compilation(_give_up)
+    try:
+        return {}, png(seen(_drafted(said)))
+    finally:
+        no_longer(_give_up)
+
+
+def _give_up() -> None:
+    raise InputError("kernels must be compiled first, which others do.")
+
+
+def _drafted(said: Json) -> Plane:
     with chdir(said["folder"]):
-        request = read_argv(said["words"])
-        shelf = shelves_of(replace(request, grow=request.grow or 0, magnify=1), Report(quiet=True))[0]
-        shelf.sets = [{n: p for n, p in s.items() if n in (next(iter(s)), "mask")} for s in shelf.sets]
-        scene = shelf.scene
-    canvas, most = scene.canvas, max(min(side for e in scene.exemplars for side in e.shape) // LEAST, 1)
-    finer = 1 if canvas.guide is None else min(FINER, most)
+        request = replace(read_argv(said["words"]), magnify=1)
+        shelf = shelves_of(request, Report(quiet=True))[0]
+        shelf.sets = [{name: s[name] for name in s if name in (next(iter(s)), "mask")} for s in shelf.sets]
+        exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
+    guide, settings, sides = canvas.guide, Json(), [side for e in exemplars for side in e.shape]
+    most = max(min(sides) // LEAST, 1)
+    finer = 1 if guide is None and max(sides) <= SIDE else min(FINER, most)
     n = min(-(-max(canvas.shape) // SIDE), most // finer)
-    if max(canvas.shape) > n * LARGEST:
+    if max(canvas.shape) > n * MOST:
         raise InputError("the picture is too large for a draft of so small an exemplar.")
-    scene = _reduced(scene, n, finer)
-    plan = planned(scene, make(METHOD, {} if canvas.guide is None else GUIDED))
-    return {}, png(seen(carry_out(plan, request.seed or 0, Run(cancel=CANCEL)).render()))
-
-
-def _reduced(scene: Scene, n: int, finer: int) -> Scene:
-    """Return a scene reduced n times, and `finer` times more where it is grown alone."""
-    canvas, guide, start = scene.canvas, scene.canvas.guide, scene.canvas.start
-    exemplars, n = tuple(_small(e, n, finer) for e in scene.exemplars), n * finer
-    height, width = (max(side // n, 1) for side in canvas.shape)
-
-    def few(plane: Plane, height: int, width: int) -> Plane:
-        return plane.like(plane.samples[n // 2 :: n, n // 2 :: n][:height, :width])
-
+    exemplars = tuple(_small(exemplar, n, finer) for exemplar in exemplars)
+    size = canvas.height // (n * finer) or 1, canvas.width // (n * finer) or 1
     if guide is not None:
-        guides = [few(source, *e.shape) for source, e in zip(guide.sources, exemplars, strict=True)]
-        guide = Guide(guides, few(guide.target, height, width), guide.weight, guide.reach // n)
-    if start is not None:
-        here = np.s_[n // 2 :: n, n // 2 :: n]
-        last = np.array([e.shape for e in exemplars])[np.minimum(start.numbers[here], len(exemplars) - 1)] - 1
-        yx, which = np.minimum(start.yx[here] // n, last), start.numbers[here]
-        sources = tuple(e.source for e in exemplars)
-        start = SourceMap(yx[:height, :width], which[:height, :width], sources=sources, wrap=start.wrap)
-    return Scene(exemplars, Canvas(height, width, canvas.wrap, start, guide))
+        sources = [_few(s, n * finer, e.shape) for s, e in zip(guide.sources, exemplars, strict=True)]
+        guide = Guide(sources, _few(guide.target, n * finer, size), guide.weight)
+        settings = {"boundary_isometries": "none"}
+    method, run = make(METHOD, settings), Run(cancel=CANCEL)
+    made = synthesize(exemplars, size, method, seed=request.seed or 0, wrap=canvas.wrap, guide=guide, run=run)
+    return made.render()
 
 
 def _small(exemplar: Exemplar, n: int, finer: int) -> Exemplar:
-    """Return an exemplar reduced n times, kept with what is measured of it."""
+    """Return an exemplar reduced n times, to grow of it reduced further; kept with what is measured of it."""
+    whole = replace(exemplar, toroidal=False)
+    return exemplar.memo(f"draft {n} {finer}", lambda: magnified(reduced(whole, n), finer))
 
-    def make_it() -> Exemplar:
-        return magnified(reduced(replace(exemplar, toroidal=False), n), finer)
 
-    return exemplar.memo(f"draft {n} {finer}", make_it)
+def _few(plane: Plane, n: int, shape: Pair) -> Plane:
+    """Return every n-th pixel."""
+    return plane.like(plane.samples[n // 2 :: n, n // 2 :: n][: shape[0], : shape[1]])

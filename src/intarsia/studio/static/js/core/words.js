@@ -95,9 +95,8 @@ export function busy(job) {
 /** What a job is at, in a few words.
  * @param {Job} job */
 export function state(job) {
-  const later = /** @type {Record<string, string>} */ ({ repair: "Repairing", render: "Drawing" });
-  if (job.state === "running") return later[job.stage ?? ""] ?? doing(job);
-  if (job.state === "queued" && job.stage) return `Waiting: ${job.stage}`;
+  const stages = /** @type {Record<string, string>} */ ({ look: "Looking at the example", repair: "Repairing", render: "Drawing" });
+  if (job.state === "running" || (job.state === "queued" && job.stage)) return stages[job.stage ?? (job.verb === "render" ? "" : "look")] ?? doing(job);
   return { queued: "Waiting", done: "Done", failed: "Failed", cancelled: "Cancelled", interrupted: "Interrupted" }[job.state];
 }
 

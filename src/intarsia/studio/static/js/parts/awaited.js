@@ -1,4 +1,4 @@
-/** What is seen of a job before there is a first preview: a grey canvas of the size that is wanted, and what is waited for. */
+/** What is seen of a job before there is a preview of its work: a canvas of the size that is wanted, and what is waited for. */
 
 import { exemplarOf, store } from "../core/store.js";
 import { about, busy, state } from "../core/words.js";
@@ -28,13 +28,13 @@ export function grey() {
   return canvas;
 }
 
-/** What a job waits for, in a line; nothing once a preview shows how far it is.
+/** What a job waits for, or is at, in a line; nothing once previews of the work itself show how far it is.
  * @param {Job | null} job */
 export function awaited(job) {
-  if (!job || !busy(job) || store.previews.has(job.id)) return "";
-  if (job.state === "running") {
-    return job.ready ? `Getting ready, once on this computer: ${about(job.ready - Date.now() / 1000)}` : state(job);
-  }
+  if (!job || !busy(job) || (job.fraction && store.previews.has(job.id))) return "";
+  if (job.state === "running" && job.ready) return `Getting ready, once on this computer: ${about(job.ready - Date.now() / 1000)}`;
+  if (job.state === "running" || job.stage) return state(job);
   const before = [...store.jobs.values()].filter((other) => busy(other) && other.created < job.created).length;
-  return before ? `Waiting for ${before === 1 ? "another job" : `${before} other jobs`}` : state(job);
+  if (before) return `Waiting for ${before === 1 ? "another job" : `${before} other jobs`}`;
+  return store.warm.done < store.warm.total ? "Getting ready" : state(job);
 }

@@ -40,6 +40,8 @@ export class Cell {
     const number = store.previews.get(job.id);
     const preview = busy(job) && number !== undefined ? `/api/jobs/${job.id}/preview.png?number=${number}` : "";
     const src = job.state === "done" ? store.thumb(job, this.side) : preview;
+    if (!preview) this.picture.style.background = "";
+    else if (!this.#shown) this.picture.style.background = `center / contain no-repeat url("${src}")`; // seen where nothing has grown yet
     if (src && src !== this.#shown) this.picture.src = this.#shown = src;
     this.picture.hidden = !src;
     this.element.setAttribute("aria-label", [title(job), state(job), job.error].filter(Boolean).join(", "));

@@ -44,6 +44,8 @@ export class ResultView extends HTMLElement {
   #turn = 0;
   #shown = "";
   #clock = 0;
+  /** The previews of a job up to the last one, each over those before it: where nothing has grown yet, its draft is seen. */
+  #growing = { id: "", number: 0, canvas: grey() };
 
   connectedCallback() {
     this.className = "result-view";
@@ -124,7 +126,8 @@ export class ResultView extends HTMLElement {
     if (job) this.looks.show(null);
     if (job && number !== undefined) {
       const preview = await store.picture(`/api/jobs/${job.id}/preview.png?number=${number}`);
-      if (still()) this.#show(`${job.id} ${number}`, preview, doing(job), wantedSize(job));
+      const laid = this.#laid(job.id, number, preview);
+      if (still()) this.#show(`${job.id} ${number}`, laid, doing(job), wantedSize(job));
     } else if (job) {
       if (!this.#shown.startsWith(job.id)) this.#show(`${job.id} 0`, grey(), doing(job), wantedSize(job));
     } else if (exemplar) {
@@ -142,6 +145,15 @@ export class ResultView extends HTMLElement {
     const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
     if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
     else this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
+  }
+
+  /** @param {string} id of a job @param {number} number @param {ImageBitmap} preview */
+  #laid(id, number, preview) {
+    if (this.#growing.id !== id) this.#growing = { id, number: 0, canvas: new OffscreenCanvas(preview.width, preview.height) };
+    const { canvas, number: last } = this.#growing;
+    if (number > last) canvas.getContext("2d")?.drawImage(preview, 0, 0, canvas.width, canvas.height);
+    this.#growing.number = Math.max(number, last);
+    return canvas;
   }
 
   /** A switch that lays another result over half of this one. */

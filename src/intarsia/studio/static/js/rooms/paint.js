@@ -31,7 +31,7 @@ const painting = new Settings("paint");
 const MOST = 8192; // px a side of what is painted
 const MOMENT = 150; // ms without a change, so that a number that is typed, or undo again and again, is one
 let live = true; // whether the result is shown while it is painted
-let patience = 20; // how often a first look that is not there yet is asked for again: the studio has just begun
+let patience = 60; // how often a first look that is not there yet is asked for again: on a new computer it takes two minutes
 
 export class PaintRoom extends HTMLElement {
   left = new Stage();
