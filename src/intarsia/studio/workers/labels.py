@@ -71,5 +71,5 @@ def _labelled(kinds: Array, count: int, reach: int, seed: int) -> tuple[tuple[in
     if not apart.all():
         labels = labels[tuple(ndimage.distance_transform_edt(apart, return_distances=False, return_indices=True))]
     borders = np.count_nonzero(np.diff(labels)) + np.count_nonzero(np.diff(labels, axis=0))
-    explained = told[(*np.indices(labels.shape), labels)].sum()
+    explained = np.take_along_axis(told, labels[:, :, None], 2).sum()
     return (count - len(np.unique(labels)), PRICE * borders - explained), labels
