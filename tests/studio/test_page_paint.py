@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from scipy.ndimage import binary_fill_holes
+from scipy.ndimage import binary_fill_holes, label
 from studio.browser import Desk
-from studio.served import opened
 
-from intarsia import read
-from intarsia.segments import segments
+from intarsia.files.png import encode_png
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect
@@ -21,6 +19,7 @@ else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
 Places = list[tuple[float, float]]
+GREEN = (10, 240, 20, 255)
 
 
 def drawn(
@@ -42,16 +41,42 @@ def half_up(x: float, y: float) -> tuple[float, float]:
 
 
 def labels(page: Desk, number: int) -> np.ndarray:
-    """How red a stage's labels are shown: another number for each label."""
+    """The numbers that are painted on a stage."""
     shown = page.stage(number).evaluate(
-        """s => { const labels = s.layers.length ? s.layers[0].picture : s.picture;
-          const {width, height} = labels;
-          const pixels = labels.getContext("2d").getImageData(0, 0, width, height).data;
-          const reds = pixels.filter((_, n) => n % 4 === 0);
-          let text = ""; for (const red of reds) text += String.fromCharCode(red);
+        """s => { const {width, height, data} = s.tool.labels();
+          let text = ""; for (const value of data) text += String.fromCharCode(value);
           return [width, height, btoa(text)]; }"""
     )
     return np.frombuffer(base64.b64decode(shown[2]), np.uint8).reshape(shown[1], shown[0])
+
+
+def looks(page: Desk) -> np.ndarray:
+    """How the labels that are wanted are drawn, where they are: (H, W, 4)."""
+    shown = page.stage(1).evaluate(
+        """s => { const {width, height, canvas} = s.tool.labels();
+          const pixels = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+          let text = ""; for (const byte of pixels) text += String.fromCharCode(byte);
+          return [width, height, btoa(text)]; }"""
+    )
+    return np.frombuffer(base64.b64decode(shown[2]), np.uint8).reshape(shown[1], shown[0], 4)
+
+
+def two_things() -> np.ndarray:
+    """Above what is dark and smooth, below what is bright and rough, and a wavy border between them."""
+    rng = np.random.default_rng(5)
+    y, x = np.mgrid[:192, :160]
+    smooth = 70 + rng.integers(-6, 7, (192, 160, 3)) + np.array([0, 5, 25])
+    rough = 150 + 70 * np.sign(np.sin(x / 3) * np.sin(y / 3))[..., None] + rng.integers(-20, 21, (192, 160, 3))
+    return np.where(below()[..., None], rough, smooth).clip(0, 255).astype(np.uint8)
+
+
+def below() -> np.ndarray:
+    y, x = np.mgrid[:192, :160]
+    return np.asarray(y > 110 + 12 * np.sin(x / 20))
+
+
+def count(page: Desk, asked: int) -> None:
+    page.page.get_by_role("spinbutton", name="How many things").fill(str(asked))
 
 
 @pytest.fixture
@@ -111,9 +136,7 @@ def test_small_brushes_are_exact(paint: Desk, steps: int) -> None:
     assert size_of(paint) == [1, 2, 3, 5, 7][steps]
     places = paint.stroke((20, 20), (90, 47), (31, 100), number=1)
     seen = labels(paint, 1)
-    ground = seen[119, 159]
-    marked = seen != ground
-    assert np.array_equal(marked, drawn((120, 160), places, size_of(paint)) > 0)
+    assert np.array_equal(seen > 0, drawn((120, 160), places, size_of(paint)) > 0)
     assert len(np.unique(seen)) == 2
 
 
@@ -144,9 +167,8 @@ def test_fill_stops_at_what_is_painted(paint: Desk) -> None:
     paint.button("Fill (F)").click()
     paint.stroke((70, 60), number=1)
     seen = labels(paint, 1)
-    marked = seen != seen[119, 159]
     inside = binary_fill_holes(drawn((120, 160), places, size_of(paint)))
-    assert np.array_equal(marked, inside)
+    assert np.array_equal(seen > 0, inside)
 
 
 def test_two_fingers_move_and_draw_nothing(paint: Desk) -> None:
@@ -173,31 +195,108 @@ def test_strokes_do_not_wait_for_the_server(paint: Desk) -> None:
     brush(paint, 200)
     places = paint.stroke((300, 300), (1500, 900), number=1)
     seen = labels(paint, 1)
-    assert np.array_equal(seen != seen[2047, 2047], drawn((2048, 2048), places, size_of(paint)) > 0)
+    assert np.array_equal(seen > 0, drawn((2048, 2048), places, size_of(paint)) > 0)
     paint.page.unroute_all()
 
 
-def test_labels_are_proposed_from_the_segments_and_taken_back(paint: Desk) -> None:
+def test_two_things_are_proposed_where_there_are_two_and_taken_back(page: Desk) -> None:
+    page.drop(wall=encode_png(two_things()))
+    page.page.get_by_role("heading", name="wall").wait_for()
+    page.room("Paint")
+    page.button("Propose").click()
+    expect(page.button("Undo")).to_be_enabled()
+    found = labels(page, 0)
+    assert set(np.unique(found)) == {0, 1}
+    assert [label(found == n)[1] for n in (0, 1)] == [1, 1]
+    assert ((found == found[0, 0]) != below()).mean() > 0.97
+    count(page, 3)
+    page.button("Propose").click()
+    page.until(lambda: set(np.unique(labels(page, 0))) == {0, 1, 2})
+    page.button("Undo").click()
+    assert np.array_equal(labels(page, 0), found)
+    page.button("Undo").click()
+    assert not labels(page, 0).any()
+
+
+@pytest.mark.parametrize("asked", ["1", "7", ""])
+def test_a_count_that_is_not_allowed_is_told(paint: Desk, asked: str) -> None:
+    paint.page.get_by_role("spinbutton", name="How many things").fill(asked)
     paint.button("Propose").click()
-    expect(paint.button("Undo")).to_be_enabled(timeout=60_000)
-    exemplar = paint.served.get("/api/exemplars")
-    tiles = next(e["id"] for e in exemplar if e["name"] == "tiles")
-    found = segments(read("sample:tiles"))
-    proposed = opened(paint.served.bytes(f"/api/exemplars/{tiles}/found/labels.png"))
-    areas = np.bincount(found.group_map.ravel())
-    for number, group in enumerate(np.argsort(-areas, kind="stable")[:6]):
-        assert (proposed[found.group_map == group] == number).all()
-    assert proposed.max() == min(len(areas), 6) - 1
-    paint.stroke((5, 5), (150, 110), number=1)
-    paint.radio("Both").click()
+    expect(paint.page.get_by_role("alert")).to_contain_text("How many things: ")
+    assert not labels(paint, 0).any()
+
+
+def test_labels_look_as_what_is_marked_with_them(page: Desk) -> None:
+    picture = np.zeros((192, 160, 3), np.uint8)
+    picture[:, :, 0], picture[:, :, 2] = np.arange(160), np.arange(192)[:, None]
+    picture[100:] = GREEN[:3]
+    page.drop(wall=encode_png(picture))
+    page.page.get_by_role("heading", name="wall").wait_for()
+    page.room("Paint")
+    brush(page, 120)
+    page.stroke((160, 200), number=1)
+    marked = labels(page, 1) == 1
+    assert len(np.unique(looks(page)[marked], axis=0)) == 1  # it is marked nowhere: a colour
+    flat = looks(page)[marked][0].tolist()
+    brush(page, 20)
+    page.stroke((30, 140), (120, 140), (120, 170), (30, 170), number=0)
+    page.until(lambda: looks(page)[marked][0].tolist() != flat)
+    shown = looks(page)
+    assert np.abs(shown[marked].astype(int) - GREEN).max() <= 2
+    corner = shown[:60, :60].astype(int)  # of the largest square that is not marked
+    assert (np.diff(corner[50, :, 0])[-8:] == 1).all()
+    assert (np.diff(corner[:, 50, 2])[-8:] == 1).all()
+    swatch = page.button("Label 2").locator("canvas")
+    script = "c => [...c.getContext('2d').getImageData(0, 0, 1, 1).data]"
+    assert np.abs(np.array(swatch.evaluate(script)) - GREEN).max() <= 2
+    page.button("Undo").click()
+    page.until(lambda: looks(page)[marked][0].tolist() == flat)
+
+
+def test_names_of_labels_stay_are_said_and_taken_back(paint: Desk) -> None:
+    name = paint.page.get_by_role("textbox", name="Name of label 2")
+    name.fill("Grout")
+    name.press("Enter")
+    expect(paint.button("Grout")).to_have_attribute("title", "Grout (2)")
+    paint.stroke((5, 5), (50, 40), number=1)
     paint.button("Grow").click()
-    assert np.array_equal(paint.sent("labels"), proposed)
-    assert paint.jobs[0]["options"]["wrap"] == "both"
-    paint.grown()
-    paint.button("Paint on").click()
+    expect(paint.page.get_by_role("alert")).to_contain_text("Grout is wanted, but marked nowhere in the example")
+    expect(paint.page.get_by_role("status").filter(has_text="Grout is wanted")).to_be_visible()
+    tiles = next(e["id"] for e in paint.served.get("/api/exemplars") if e["name"] == "tiles")
+    paint.until(lambda: paint.served.get("/api/kept").get(tiles, {}).get("names") == {"1": "Grout"})
+    paint.page.reload()
+    expect(name).to_have_value("Grout")
+    name.fill("Mortar")
+    name.press("Enter")
+    expect(paint.button("Mortar")).to_be_visible()
     paint.button("Undo").click()
-    paint.button("Undo").click()
-    assert len(np.unique(labels(paint, 0))) == 1
+    expect(name).to_have_value("Grout")
+    paint.button("Redo").click()
+    expect(name).to_have_value("Mortar")
+
+
+def test_a_stroke_brings_a_first_look_and_the_next_one_lies_over_it(paint: Desk) -> None:
+    seen = paint.page.get_by_role("status").filter(has_text="A first look")
+    brush(paint, 60)
+    paint.stroke((60, 60), (180, 200), number=0)
+    expect(seen).to_be_visible()
+    assert paint.told(1)["layers"] == 1
+    assert not looks(paint)[..., 3].any()
+    first = paint.seen(1)
+    paint.page.route("**/api/drafts", lambda route: None)
+    paint.stroke((40, 60), (100, 60), number=1)
+    assert np.array_equal(looks(paint)[..., 3] == 255, labels(paint, 1) == 1)
+    paint.page.unroute_all()
+    paint.stroke((40, 80), number=1)
+    expect(seen).to_be_visible()
+    paint.until(lambda: not looks(paint)[..., 3].any())
+    assert not np.array_equal(paint.seen(1), first)
+    paint.radio("Labels").click()
+    assert paint.told(1)["layers"] == 0
+    assert looks(paint)[..., 3].all()
+    paint.radio("Result").click()
+    assert paint.told(1)["layers"] == 1
+    assert paint.jobs == []
 
 
 def test_a_label_that_is_marked_nowhere_is_told_before_anything_is_asked_for(paint: Desk) -> None:

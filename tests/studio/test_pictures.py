@@ -167,6 +167,22 @@ class TestExemplars:
         for kind in missing:
             assert served.client.get(f"/api/exemplars/{small}/found/{kind}.png").status_code == 400
 
+    @pytest.mark.parametrize("count", [2, 5])
+    def test_so_many_labels_are_proposed_as_are_asked_for(self, served: Served, small: str, count: int) -> None:
+        found = opened(served.bytes(f"/api/exemplars/{small}/labels/{count}.png"))
+        areas = np.bincount(found.ravel())
+        assert found.shape == pixels().shape[:2]
+        assert len(areas) == count
+        assert areas.min() > 0
+        assert areas[0] == areas.max()
+
+    @pytest.mark.parametrize("count", [-1, 1, 7, 10**9])
+    def test_other_numbers_of_labels_are_refused(self, served: Served, small: str, count: int) -> None:
+        answer = served.client.get(f"/api/exemplars/{small}/labels/{count}.png")
+        assert answer.status_code == 400
+        assert answer.json()["error"] == f"{count} labels cannot be proposed; ask for 2 to 6."
+
+
     def test_cut_and_flattened(self, served: Served, small: str) -> None:
         row = served.post(f"/api/exemplars/{small}/edit", {"crop": [4, 2, 20, 16]}, 201)
         assert row["name"] == "small_cropped"

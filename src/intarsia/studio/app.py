@@ -196,6 +196,8 @@ class Studio:
             ("GET", "/api/exemplars/{exemplar}/found", 200, self.found),
             ("GET", "/api/exemplars/{exemplar}/found/{kind}.png", 200,
              lambda _, exemplar, kind: showing.overlay(exemplar, kind)),
+            ("GET", "/api/exemplars/{exemplar}/labels/{count:whole}.png", 200,
+             lambda _, exemplar, count: showing.labels(exemplar, count)),
             ("GET", "/api/exemplars/{exemplar}/rim/{image}.png", 200, self.rim),
             ("GET", "/api/exemplars/{exemplar}/methods/{method}.png", 200,
              lambda request, exemplar, method: self.sketches.get(exemplar, method, request.is_disconnected)),

@@ -21,6 +21,7 @@ from .store import Row, Store
 from .uploads import Uploads
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
+LABELS = 6  # that the page paints with
 DRAFTED = ("grow", "paint")
 """The verbs of which there are drafts."""
 
@@ -87,6 +88,12 @@ class Showing:
     async def overlay(self, row: Row, kind: str) -> bytes:
         """Return findings as a picture to overlay on the exemplar."""
         return await self._drawn(self.beside, "overlay", paths=self.uploads.paths_of(row), kind=kind)
+
+    async def labels(self, row: Row, count: int) -> bytes:
+        """Return so many labels that are proposed for an exemplar, as a picture of numbers."""
+        if not 2 <= count <= LABELS:
+            raise ParameterError(f"{count} labels cannot be proposed; ask for 2 to {LABELS}.")
+        return await self._drawn(self.beside, "propose", paths=self.uploads.paths_of(row), count=count)
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
         """Return by how many px a hole would grow to cover the rim of a defect, and that area as an overlay."""

@@ -33,7 +33,6 @@ from .decoding import Pixels, coloured, exemplar_of, png
 from .worker import Answer, Json, Tell
 
 LINE, RED = (255, 225, 0, 255), (255, 60, 40, 255)
-LABELS = 6  # that the page paints with
 STRONG = 4  # times the usual saliency: what is drawn
 FILL = 70  # opacity of tints, of 255
 AROUND = 9  # px of the exemplar over which usage is averaged
@@ -44,14 +43,14 @@ def find(said: Json, tell: Tell) -> Answer:
     found = _findings(*said["paths"])
     masonry = _facts(found.exemplar).masonry
     more = {
-        "overlays": [kind for kind, draw in DRAWN.items() if kind != "labels" and draw(found) is not None],
+        "overlays": [kind for kind, draw in DRAWN.items() if draw(found) is not None],
         "courses": None if masonry is None else masonry.told,
     }
     return found.as_dict() | more, b""
 
 
 def overlay(said: Json, tell: Tell) -> Answer:
-    """Return an overlay on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
+    """Return an overlay on a clear ground: PNG of the exemplar's size."""
     draw = DRAWN.get(said["kind"])
     drawn = draw and draw(_findings(*said["paths"]))
     if drawn is None:
@@ -153,21 +152,7 @@ def _segments(found: Analysis) -> Pixels | None:
     return out
 
 
-def _labels(found: Analysis) -> Pixels | None:
-    """Return labels proposed from the groups of segments: 0 the largest, then up to LABELS; (H, W, 1)."""
-    if not len(found.segments.groups):
-        return None
-    group = found.segments.group_map
-    areas = np.bincount(group[group >= 0])
-    number = np.zeros(len(areas) + 1, np.uint8)  # the last: in no group
-    number[np.argsort(-areas, kind="stable")[:LABELS]] = np.arange(min(LABELS, len(areas)))
-    return number[group][:, :, None]
-
-
-DRAWN = {
-    "lattice": _lattice, "courses": _courses, "striking": _striking, "segments": _segments,
-    "labels": _labels,
-}  # fmt: skip
+DRAWN = {"lattice": _lattice, "courses": _courses, "striking": _striking, "segments": _segments}
 """Overlays in the order in which the page lists them; they return None where nothing was found."""
 
 

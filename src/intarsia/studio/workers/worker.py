@@ -25,6 +25,7 @@ WORK = {
     "decoding": ("look", "labels", "see", "origins"),
     "drafts": ("draft",),
     "views": ("view", "find", "overlay", "rim", "edit"),
+    "labels": ("propose",),
     "endless": ("begin", "tile"),
 }
 """The modules of this package and their requests: functions of the request and of a function that reports progress."""

@@ -54,9 +54,10 @@ export async function remove(path) {
 }
 
 /** A picture, decoded off the main thread. Its numbers stay as they are stored.
- * @param {string} path @param {AbortSignal} [signal] @returns {Promise<ImageBitmap>} */
-export async function picture(path, signal) {
-  const answer = await ask(path, { signal });
+ * @param {string} path @param {AbortSignal} [signal] @param {unknown} [said] JSON that is sent @returns {Promise<ImageBitmap>} */
+export async function picture(path, signal, said) {
+  const sent = said ? { method: "POST", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } } : {};
+  const answer = await ask(path, { signal, ...sent });
   if (answer.status === 204) throw new Refused("There is no picture of this now.", 204);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
 }
@@ -78,12 +79,9 @@ export async function bytes(path) {
   return (await ask(path)).arrayBuffer();
 }
 
-/**
- * Where the pixels of a part of a result come from.
- * @param {string} result
- * @param {string} box x, y, width, height
- * @returns {Promise<{size: string, numbers: Uint16Array}>} size of the whole map; exemplar, row and column of each pixel
- */
+/** Where the pixels of a part of a result come from.
+ * @param {string} result @param {string} box x, y, width, height
+ * @returns {Promise<{size: string, numbers: Uint16Array}>} size of the whole map; exemplar, row and column of each pixel */
 export async function originsOf(result, box) {
   const answer = await ask(`/api/results/${result}/map.bin?box=${box}`);
   return { size: answer.headers.get("X-Size") ?? "", numbers: new Uint16Array(await answer.arrayBuffer()) };
@@ -111,24 +109,15 @@ export function lookOf(result, kind, side = LONGEST) {
   return `/api/results/${result}/view/${kind}.png?side=${side}`;
 }
 
-/**
- * What healing would add to a hole so that a rim of the defect goes, too.
- * @param {Exemplar} exemplar
- * @param {string} image of the hole
- * @returns {Promise<{grow: number, drawn: ImageBitmap}>}
- */
+/** What healing would add to a hole so that a rim of the defect goes, too.
+ * @param {Exemplar} exemplar @param {string} image of the hole @returns {Promise<{grow: number, drawn: ImageBitmap}>} */
 export async function rimOf(exemplar, image) {
   const answer = await ask(`/api/exemplars/${exemplar.id}/rim/${image}.png`);
   return { grow: Number(answer.headers.get("X-Grow")), drawn: await createImageBitmap(await answer.blob()) };
 }
 
-/**
- * What a method makes of an exemplar, small; null where it cannot serve it.
- * @param {Exemplar} exemplar
- * @param {string} method
- * @param {AbortSignal} signal
- * @returns {Promise<HTMLImageElement | null>}
- */
+/** What a method makes of an exemplar, small; null where it cannot serve it.
+ * @param {Exemplar} exemplar @param {string} method @param {AbortSignal} signal @returns {Promise<HTMLImageElement | null>} */
 export async function sketchOf(exemplar, method, signal) {
   const path = `/api/exemplars/${exemplar.id}/methods/${method}.png`;
   const answer = await ask(path, { signal });

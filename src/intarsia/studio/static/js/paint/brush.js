@@ -106,7 +106,7 @@ export class Brush {
     const labels = this.labels();
     if (labels && this.#before) {
       labels.data.set(this.#before);
-      labels.paint({ x: 0, y: 0, width: labels.width, height: labels.height });
+      labels.paint();
       this.stage.draw();
     }
     this.#last = this.#before = null;

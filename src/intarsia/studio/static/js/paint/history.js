@@ -1,8 +1,8 @@
-/** Undo and redo of painting: what a part looked like before and after. */
+/** Undo and redo of painting: what a part looked like before and after, and what it was called. */
 
 /** @typedef {import("./labels.js").Labels} Labels */
 /** @typedef {import("./labels.js").Box} Box */
-/** @typedef {{labels: Labels, box: Box, before: Uint8Array, after: Uint8Array}} Change */
+/** @typedef {{labels: Labels | null, back: () => void, again: () => void}} Change null: not of labels, but of their names */
 
 const MOST = 200;
 
@@ -19,11 +19,16 @@ export class History extends EventTarget {
   note(labels, before) {
     const box = difference(labels, before);
     if (!box) return;
-    this.#done.push({ labels, box, before: cut(before, labels.width, box), after: cut(labels.data, labels.width, box) });
-    if (this.#done.length > MOST) this.#done.shift();
+    const [was, is] = [cut(before, labels.width, box), cut(labels.data, labels.width, box)];
+    this.add({ labels, back: () => put(labels, box, was), again: () => put(labels, box, is) });
+  }
+
+  /** Remember what was done.
+   * @param {Change} change @param {boolean} [due] whether it is to be done now */
+  add(change, due) {
+    if (this.#done.length === MOST) this.#done.shift();
     this.#undone = [];
-    this.last = labels;
-    this.dispatchEvent(new Event("change"));
+    this.#step([change], this.#done, due ? "again" : null);
   }
 
   get canUndo() {
@@ -35,28 +40,30 @@ export class History extends EventTarget {
   }
 
   undo() {
-    const change = this.#done.pop();
-    if (!change) return;
-    this.#undone.push(change);
-    this.#put(change, change.before);
+    this.#step(this.#done, this.#undone, "back");
   }
 
   redo() {
-    const change = this.#undone.pop();
-    if (!change) return;
-    this.#done.push(change);
-    this.#put(change, change.after);
+    this.#step(this.#undone, this.#done, "again");
   }
 
-  /** @param {Change} change @param {Uint8Array} part */
-  #put({ labels, box }, part) {
-    for (let row = 0; row < box.height; row += 1) {
-      labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
-    }
-    labels.paint(box);
-    this.last = labels;
+  /** @param {Change[]} from @param {Change[]} to @param {"back" | "again" | null} way */
+  #step(from, to, way) {
+    const change = from.pop();
+    if (!change) return;
+    to.push(change);
+    if (way) change[way]();
+    this.last = change.labels;
     this.dispatchEvent(new Event("change"));
   }
+}
+
+/** @param {Labels} labels @param {Box} box @param {Uint8Array} part */
+function put(labels, box, part) {
+  for (let row = 0; row < box.height; row += 1) {
+    labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
+  }
+  labels.paint(box);
 }
 
 /** The part in which two differ.

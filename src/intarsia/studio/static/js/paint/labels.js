@@ -7,26 +7,29 @@ export const COLOURS = [
 ].map((colour) => /** @type {[number, number, number]} */ (colour));
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
+/** @typedef {{side: number, pixels: Uint32Array}} Ink what a label is drawn with: a square that is repeated from (0, 0) on */
+
+/** @type {Ink[]} of labels that look like nothing yet */
+export const FLAT = COLOURS.map(([r, g, b]) => ({ side: 1, pixels: Uint32Array.of(((255 << 24) | (b << 16) | (g << 8) | r) >>> 0) }));
+
+const NONE = { side: 1, pixels: new Uint32Array(1) };
 
 export class Labels {
   /** @param {number} width @param {number} height @param {boolean} [ground] whether the number 0 is seen, too */
   constructor(width, height, ground = false) {
     this.width = width;
     this.height = height;
-    this.ground = ground;
+    this.inks = [ground ? FLAT[0] ?? NONE : NONE, ...FLAT.slice(1)];
     this.data = new Uint8Array(width * height);
     this.canvas = new OffscreenCanvas(width, height);
-    this.paint({ x: 0, y: 0, width, height });
+    this.version = 0; // one more whenever something was painted
+    this.known = new Uint8Array(); // where the numbers are still these nothing is drawn, so that what lies below is seen
+    this.paint();
   }
 
-  /**
-   * Give a number to all pixels whose middle lies within `radius` of a line: a stroke of a round, hard brush.
-   * @param {[number, number]} from
-   * @param {[number, number]} to
-   * @param {number} radius
-   * @param {number} value
-   * @returns {Box} what may have changed
-   */
+  /** Give a number to all pixels whose middle lies within `radius` of a line: a stroke of a round, hard brush.
+   * @param {[number, number]} from @param {[number, number]} to @param {number} radius @param {number} value
+   * @returns {Box} what may have changed */
   stroke([ax, ay], [bx, by], radius, value) {
     const left = Math.max(0, Math.floor(Math.min(ax, bx) - radius));
     const top = Math.max(0, Math.floor(Math.min(ay, by) - radius));
@@ -71,18 +74,25 @@ export class Labels {
     return { x: 0, y: 0, width, height };
   }
 
-  /** Show the numbers of a part on the canvas.
-   * @param {Box} box */
-  paint({ x, y, width, height }) {
+  /** Show the numbers of a part on the canvas; by default all.
+   * @param {Box} [box] */
+  paint(box) {
+    const { x, y, width, height } = box ?? { x: 0, y: 0, width: this.width, height: this.height };
     if (width <= 0 || height <= 0) return;
+    this.version += 1;
     const shown = new ImageData(width, height);
     const pixels = new Uint32Array(shown.data.buffer);
-    const tints = COLOURS.map(([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0);
-    if (!this.ground) tints[0] = 0;
-    for (let row = 0; row < height; row += 1) {
-      const from = (y + row) * this.width + x;
-      for (let column = 0; column < width; column += 1) {
-        pixels[row * width + column] = tints[this.data[from + column] ?? 0] ?? 0;
+    const { data, known, inks } = this;
+    for (let row = y, to = 0; row < y + height; row += 1) {
+      const from = row * this.width;
+      for (let at = from + x; at < from + x + width; ) {
+        const label = data[at] ?? 0;
+        const { side, pixels: ink } = inks[label] ?? NONE;
+        const line = (row % side) * side;
+        for (let u = (at - from) % side; at < from + x + width && data[at] === label; at += 1, to += 1) {
+          if (known[at] !== label) pixels[to] = ink[line + u] ?? 0;
+          u = u + 1 === side ? 0 : u + 1;
+        }
       }
     }
     this.canvas.getContext("2d")?.putImageData(shown, x, y);
@@ -94,11 +104,13 @@ export class Labels {
     for (let row = 0; row < Math.min(height, this.height); row += 1) {
       this.data.set(data.subarray(row * width, row * width + Math.min(width, this.width)), row * this.width);
     }
-    this.paint({ x: 0, y: 0, width: this.width, height: this.height });
+    this.paint();
   }
 
   /** Which numbers there are. */
   get values() {
-    return [...new Set(this.data)].sort((a, b) => a - b);
+    const there = new Uint8Array(256);
+    for (const value of this.data) there[value] = 1;
+    return [...there.keys()].filter((value) => there[value]);
   }
 }

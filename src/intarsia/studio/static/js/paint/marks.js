@@ -17,12 +17,9 @@ export function imageOf(exemplar, name) {
   return kept.of(exemplar).marks?.[name];
 }
 
-/**
- * @param {string} exemplar
- * @param {Name} name
- * @param {Labels} labels
- * @param {(value: number) => number} [meaning] what is kept for a number; by default itself
- */
+/** Keep what was painted.
+ * @param {string} exemplar @param {Name} name @param {Labels} labels
+ * @param {(value: number) => number} [meaning] what is kept for a number; by default itself */
 export function keep(exemplar, name, labels, meaning) {
   sent = sent.then(async () => {
     await tried(async () => {
@@ -33,13 +30,9 @@ export function keep(exemplar, name, labels, meaning) {
   return sent;
 }
 
-/**
- * Paint what was kept.
- * @param {string} exemplar
- * @param {Name} name
- * @param {Labels} labels
- * @param {(value: number) => number} [meaning] of what was kept
- */
+/** Paint what was kept.
+ * @param {string} exemplar @param {Name} name @param {Labels} labels
+ * @param {(value: number) => number} [meaning] of what was kept */
 export async function restore(exemplar, name, labels, meaning = (value) => value) {
   const image = imageOf(exemplar, name);
   if (!image) return;

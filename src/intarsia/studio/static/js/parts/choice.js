@@ -2,15 +2,10 @@
 
 import { el } from "../core/dom.js";
 
-/**
- * @template {string} T
- * @param {string} name of the group
- * @param {[T, string][]} choices value and what it says
- * @param {() => T} now
- * @param {(value: T) => void} choose
- * @param {{wide?: boolean}} [look]
- * @returns {{element: HTMLElement, show: () => void}}
- */
+/** @template {string} T
+ * @param {string} name of the group @param {[T, string][]} choices value and what it says
+ * @param {() => T} now @param {(value: T) => void} choose
+ * @param {{wide?: boolean}} [look] @returns {{element: HTMLElement, show: () => void}} */
 export function segments(name, choices, now, choose, look = {}) {
   const buttons = choices.map(([value, says]) =>
     el("button", { type: "button", class: "button", role: "radio", value, onclick: () => take(value) }, says),

@@ -40,12 +40,8 @@ export class Compare {
     return this.stage.other !== null;
   }
 
-  /**
-   * @param {import("../stage/stage.js").Drawable | null} other to the right of the divider; null ends it
-   * @param {string} [left] what is what
-   * @param {string} [right]
-   * @param {string} [path] of the other one
-   */
+  /** @param {import("../stage/stage.js").Drawable | null} other to the right of the divider; null ends it
+   * @param {string} [left] what is what @param {string} [right] @param {string} [path] of the other one */
   show(other, left = "", right = "", path) {
     this.stage.beside(other, path);
     for (const each of [this.divider, this.left, this.right]) each.hidden = !other;

@@ -61,12 +61,7 @@ function sentence(help) {
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }
 
-/**
- * @param {Option} option
- * @param {Settings} settings
- * @param {string} id
- * @returns {HTMLInputElement | HTMLSelectElement}
- */
+/** @param {Option} option @param {Settings} settings @param {string} id @returns {HTMLInputElement | HTMLSelectElement} */
 function input(option, settings, id) {
   const { name, kind, low, high } = option;
   const common = { id, "aria-describedby": `${id}-help` };

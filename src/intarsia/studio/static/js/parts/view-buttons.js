@@ -2,11 +2,7 @@
 
 import { button, el } from "../core/dom.js";
 
-/**
- * @param {import("../stage/stage.js").Stage} stage
- * @param {boolean} [tiling] whether it may be repeated
- * @returns {HTMLElement}
- */
+/** @param {import("../stage/stage.js").Stage} stage @param {boolean} [tiling] whether it may be repeated @returns {HTMLElement} */
 export function viewButtons(stage, tiling = true) {
   const fit = button("Fit", () => stage.fit(), { title: "All of it (0)" });
   const whole = button("100 %", () => stage.whole(), { title: "Pixel for pixel (1)" });

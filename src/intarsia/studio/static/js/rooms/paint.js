@@ -1,16 +1,19 @@
-/** Paint: labels over the exemplar on the left, labels of what is wanted on the right; then each region is grown. */
+/** Paint: labels over the exemplar on the left, what is wanted on the right: painted with what is marked, and grown meanwhile. */
 
-import { numbers, viewOf } from "../core/api.js";
+import { numbers, picture, Refused, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { COLOURS, Labels } from "../paint/labels.js";
-import { keep, restore } from "../paint/marks.js";
+import { FLAT, Labels } from "../paint/labels.js";
+import { imageOf, keep, restore } from "../paint/marks.js";
+import { LABELS, nameOf, palette } from "../paint/palette.js";
 import { send } from "../paint/send.js";
+import { textures } from "../paint/textures.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
+import { segments } from "../parts/choice.js";
 import { field, refused } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
@@ -20,39 +23,50 @@ import { pixelsOf, sizeField } from "../parts/size.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Stage } from "../stage/stage.js";
 
-/** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar */
+/** @typedef {{source: Labels, target: Labels, result?: {picture: ImageBitmap, known: Uint8Array}}} Painted `result`: of known labels */
+/** @type {Map<string, Painted>} by exemplar */
 const painted = new Map();
 const kit = new Kit();
 const painting = new Settings("paint");
-const NAMED = 6;
-/** px a side of what is painted. */
-const MOST = 8192;
+const MOST = 8192; // px a side of what is painted
+const MOMENT = 150; // ms without a change, so that a number that is typed, or undo again and again, is one
+let live = true; // whether the result is shown while it is painted
+let patience = 60; // how often a first look that is not there yet is asked for again: on a new computer it takes two minutes
 
 export class PaintRoom extends HTMLElement {
   left = new Stage();
   right = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });
+  palette = palette(kit);
+  told = el("span", { class: "corner low left", role: "status" });
   #gone = new AbortController();
+  #asked = new AbortController();
 
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right));
+    const look = segments("Wanted", [["labels", "Labels"], ["result", "Result"]], () => (live ? "result" : "labels"), (seen) => {
+      live = seen === "result";
+      void [this.#see(), this.#draft()];
+    });
+    this.right.append(this.told);
+    const pair = el("div", { class: "pair" }, half("Example", this.left), half("Wanted", this.right, look.element));
     const go = button("Grow", () => void this.grow(), { class: "strong big" });
     const { main, buttons } = beside(pair, go, "Paint on", signal);
     fill(this, main, this.panel);
     this.#panel(buttons);
     new Brush(this.left, kit, () => this.#labels()?.source ?? null);
     new Brush(this.right, kit, () => this.#labels()?.target ?? null);
-    toolKeys(kit, signal, NAMED);
+    toolKeys(kit, signal, LABELS);
     store.on(["exemplar"], () => void this.#show(), signal);
-    painting.addEventListener("change", () => this.#size(), { signal });
+    painting.addEventListener("change", () => [this.#size(), void this.#draft()], { signal });
     kit.history.addEventListener("change", () => this.#keep(), { signal });
     kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
   }
 
   disconnectedCallback() {
     this.#gone.abort();
+    this.#asked.abort();
   }
 
   #labels() {
@@ -69,21 +83,73 @@ export class PaintRoom extends HTMLElement {
       await Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
     }
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const seen = await store.exemplarPicture(exemplar);
       const labels = this.#labels();
       if (store.exemplar?.id !== id || !labels) return;
       this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];
-      this.left.show(picture, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
+      this.left.show(seen, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
       this.#size();
+      this.#see();
+      this.#dip();
+      if (imageOf(id, "source") || imageOf(id, "target")) void this.#draft();
     });
   }
 
-  /** Keep what was just painted. */
+  /** Keep what was just painted, and show what comes of it. */
   #keep() {
     const labels = this.#labels();
-    if (!store.exemplar || !labels) return;
+    if (!store.exemplar || !labels || !kit.history.last) return;
     const name = kit.history.last === labels.source ? "source" : "target";
+    if (name === "source") this.#dip();
     void keep(store.exemplar.id, name, labels[name]);
+    void this.#draft();
+  }
+
+  /** Let labels look as what is marked with them. */
+  #dip() {
+    const labels = this.#labels();
+    if (!labels || !(this.left.picture instanceof ImageBitmap)) return;
+    const found = textures(labels.source, this.left.picture);
+    labels.target.inks = FLAT.map((flat, n) => found[n] ?? flat);
+    labels.target.paint();
+    this.palette.dip(labels.target.inks);
+    this.right.draw();
+  }
+
+  /** Show the result where there is one, and over it what was painted since; or the labels. */
+  #see() {
+    const { target, result: seen } = this.#labels() ?? {};
+    if (!target) return;
+    const result = live ? seen : undefined;
+    target.known = result?.known ?? new Uint8Array();
+    target.paint();
+    this.right.layers = result ? [{ picture: target.canvas }] : [];
+    this.right.show(result?.picture ?? target.canvas, result ? "What is wanted" : "Labels that are wanted", [target.width, target.height]);
+  }
+
+  /** Ask for a first look at the result, unless more is painted in a moment. */
+  async #draft() {
+    this.#asked.abort();
+    const { signal } = (this.#asked = new AbortController());
+    const [exemplar, labels] = [store.exemplar, this.#labels()];
+    const tell = (/** @type {string} */ line) => signal.aborted || (this.told.textContent = line);
+    await new Promise((after) => setTimeout(after, MOMENT));
+    const lacking = labels && live ? this.#lacking(labels) : "";
+    tell(lacking || (live ? "…" : ""));
+    if (signal.aborted || !live || !exemplar || !labels || lacking) return;
+    const known = labels.target.data.slice();
+    try {
+      const asked = { verb: "paint", exemplars: [exemplar.id], options: await this.#options(labels) };
+      const seen = await picture("/api/drafts", signal, asked);
+      if (signal.aborted) return;
+      labels.result = { picture: seen, known };
+      tell("A first look");
+      this.#see();
+    } catch (error) {
+      const none = error instanceof Refused && error.status === 204;
+      tell(none ? "" : String(error instanceof Error ? error.message : error));
+      if (none && patience-- > 0) setTimeout(() => signal.aborted || void this.#draft(), 20 * MOMENT);
+    }
   }
 
   #blank() {
@@ -97,29 +163,15 @@ export class PaintRoom extends HTMLElement {
     if (!labels) return;
     const next = this.#blank();
     const { width, height } = labels.target;
-    if (next.width !== width || next.height !== height) {
-      next.lay(labels.target);
-      labels.target = next;
-    }
-    this.right.show(labels.target.canvas, "Labels that are wanted");
+    if (next.width === width && next.height === height) return;
+    next.inks = labels.target.inks;
+    next.lay(labels.target);
+    Object.assign(labels, { target: next, result: undefined });
+    this.#see();
   }
 
   /** @param {HTMLElement} buttons to grow, and from the result back and on */
   #panel(buttons) {
-    const colours = COLOURS.slice(0, NAMED).map(([r, g, b], n) => {
-      const swatch = el("span", { class: "swatch" }, n + 1);
-      swatch.style.background = `rgb(${r} ${g} ${b})`;
-      return el("button", {
-        type: "button", class: "button", value: String(n), "aria-label": `Label ${n + 1}`, title: `Label ${n + 1} (${n + 1})`,
-        onclick: () => kit.set({ value: n, tool: kit.tool === "fill" ? "fill" : "brush" }),
-      }, swatch);
-    });
-    const show = () => {
-      for (const each of colours) each.setAttribute("aria-pressed", String(Number(each.value) === kit.value));
-    };
-    kit.addEventListener("change", show, { signal: this.#gone.signal });
-    show();
-    const wrap = wrapChoice(painting);
     const weight = store.schema?.verbs.paint?.find((o) => o.name === "weight");
     fill(
       this.panel,
@@ -127,11 +179,11 @@ export class PaintRoom extends HTMLElement {
       el(
         "div",
         { class: "fields" },
-        el("p", { class: "quiet" }, "Mark what is what in the example, then paint with the same labels where each shall be."),
-        el("div", { class: "group" }, el("div", { class: "headed" }, el("h3", {}, "Label"), this.#proposing()), el("div", { class: "palette" }, colours)),
+        el("p", { class: "quiet" }, "Mark what is what in the example, or let Propose do it; then paint with it where you want it."),
+        el("div", { class: "group" }, this.palette.element, this.#proposing()),
         toolbar(kit),
         sizeField(painting),
-        el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
+        el("div", { class: "row" }, el("span", {}, "Tiles"), wrapChoice(painting).element),
         seedField(painting),
         methodPicker(painting, choicesOf("paint", "method")),
         weight && el("div", { class: "options" }, field(weight, painting)),
@@ -139,51 +191,56 @@ export class PaintRoom extends HTMLElement {
     );
   }
 
-  /** A button that marks the exemplar as its segments are grouped. */
+  /** A button that marks the exemplar by so many things that look alike. */
   #proposing() {
+    const count = el("input", { class: "field", type: "number", required: true, min: "2", max: String(LABELS), step: "1", value: "2", "aria-label": "How many things" });
+    const act = async () => {
+      const [exemplar, labels] = [store.exemplar, this.#labels()?.source];
+      if (!exemplar || !labels || refused(row)) return;
+      const proposed = await numbers(`/api/exemplars/${exemplar.id}/labels/${count.value}.png`);
+      const before = labels.data.slice();
+      labels.lay(proposed);
+      kit.history.note(labels, before);
+    };
     const propose = button("Propose", () => {
       propose.disabled = true;
-      void tried(() => this.#propose()).finally(() => (propose.disabled = false));
-    }, { class: "framed", title: "Mark the example by its parts that look alike" });
-    return propose;
+      void tried(act).finally(() => (propose.disabled = false));
+    }, { class: "framed", title: "Mark the example by what looks alike" });
+    const row = el("div", { class: "things" }, el("span", {}, "How many things"), count, propose);
+    return row;
   }
 
-  async #propose() {
-    const exemplar = store.exemplar;
-    const labels = this.#labels()?.source;
-    if (!exemplar || !labels) return;
-    const proposed = await numbers(`/api/exemplars/${exemplar.id}/found/labels.png`);
-    const before = labels.data.slice();
-    labels.lay(proposed);
-    kit.history.note(labels, before);
-    this.left.draw();
+  /** Why nothing can be grown, if so.
+   * @param {{source: Labels, target: Labels}} labels */
+  #lacking({ source, target }) {
+    const marked = source.values;
+    const wanted = target.values.filter((label) => !marked.includes(label)).map(nameOf)[0];
+    return wanted ? `${wanted} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.` : "";
+  }
+
+  /** What is asked for, once both label pictures are there.
+   * @param {{source: Labels, target: Labels}} labels */
+  async #options({ source, target }) {
+    const [marked, wanted] = await Promise.all([send(source), send(target)]);
+    const { size, ...options } = painting.options;
+    return { ...options, labels: marked, target: wanted };
   }
 
   /** Send both label pictures, and ask for what is painted. */
   async grow() {
-    const exemplar = store.exemplar;
-    const labels = this.#labels();
+    const [exemplar, labels] = [store.exemplar, this.#labels()];
     if (!exemplar || !labels || refused(this.panel)) return;
     const [wide, high] = pixelsOf(painting.options);
     if (Math.max(wide, high) > MOST) return complain(`Size: ${wide}x${high} cannot be painted; give at most ${MOST} px a side.`);
-    const marked = new Set(labels.source.data);
-    const wanted = [...new Set(labels.target.data)].find((label) => !marked.has(label));
-    if (wanted !== undefined) {
-      const name = `Label ${wanted + 1}`;
-      return complain(`${name} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.`);
-    }
-    await tried(async () => {
-      const [source, target] = [await send(labels.source), await send(labels.target)];
-      const { size, ...options } = painting.options;
-      const job = await store.start("paint", [exemplar.id], { ...options, labels: source, target });
-      store.look(job.id);
-    });
+    if (this.#lacking(labels)) return complain(this.#lacking(labels));
+    this.#asked.abort();
+    await tried(async () => store.look((await store.start("paint", [exemplar.id], await this.#options(labels))).id));
   }
 }
 
-/** @param {string} name @param {Stage} stage */
-function half(name, stage) {
-  return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), viewButtons(stage, false)), stage);
+/** @param {string} name @param {Stage} stage @param {HTMLElement} [look] how it is looked at */
+function half(name, stage, look) {
+  return el("section", { class: "half", "aria-label": name }, el("div", { class: "head" }, el("h2", {}, name), look, viewButtons(stage, false)), stage);
 }
 
 customElements.define("paint-room", PaintRoom);

@@ -70,13 +70,9 @@ export class Stage extends HTMLElement {
     this.#asked = 0;
   }
 
-  /**
-   * Show a picture. The view stays where the size is the same.
-   * @param {Drawable | null} picture
-   * @param {string} [name] what it is, for those who do not see it
-   * @param {[number, number]} [size] that it stands for, where what was loaded is smaller
-   * @param {string} [path] where its parts are then
-   */
+  /** Show a picture. The view stays where the size is the same.
+   * @param {Drawable | null} picture @param {string} [name] what it is, for those who do not see it
+   * @param {[number, number]} [size] that it stands for, where what was loaded is smaller @param {string} [path] where its parts are then */
   show(picture, name = "", size, path) {
     const [width, height] = size ?? [picture?.width ?? 0, picture?.height ?? 0];
     const same = width === this.#width && height === this.#height;

@@ -10,15 +10,10 @@ export class View {
   /** Whether it follows the size of the stage until somebody moves it. */
   fitted = true;
 
-  /**
-   * Show all of it, in the middle; what is enlarged is so by a whole number if one is near, so that no pixel is smeared.
-   * @param {number} width of the picture
-   * @param {number} height
-   * @param {number} wide of the stage in device pixels
-   * @param {number} high
-   * @param {number} margin
-   * @param {number} most scale, so that a small picture does not become blocks
-   */
+  /** Show all of it, in the middle; what is enlarged is so by a whole number if one is near, so that no pixel is smeared.
+   * @param {number} width of the picture @param {number} height
+   * @param {number} wide of the stage in device pixels @param {number} high @param {number} margin
+   * @param {number} most scale, so that a small picture does not become blocks */
   fit(width, height, wide, high, margin, most) {
     const scale = Math.min((wide - 2 * margin) / width, (high - 2 * margin) / height);
     this.scale = Math.max(1e-3, Math.min(most, scale > 1 && scale / Math.floor(scale) < 1.25 ? Math.floor(scale) : scale));
