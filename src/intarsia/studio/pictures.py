@@ -22,6 +22,7 @@ from .uploads import Uploads
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
+EDITS = ("straighten", "propose")
 HELD = 64 << 20  # bytes of cached pictures
 AGAIN = 0.1  # s between two checks for other work
 LONGEST_WAY = 99  # steps of which an archive tells
@@ -91,14 +92,14 @@ class Showing:
         return told["grow"], data
 
     async def edited(self, row: Row, given: Row) -> Row:
-        """Crop, straighten or flatten an exemplar into a new one. All but `straighten` is as in the command `grow`."""
-        straighten = given.get("straighten", False)
-        if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
-            raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
+        """Crop, straighten or flatten an exemplar, or propose its maps, into a new one; `crop` is as in `grow`."""
+        does = {"straighten": False, "propose": False, **given}
+        if set(does) - {"crop", "flatten", *EDITS} or not all(isinstance(does[name], bool) for name in EDITS):
+            raise ParameterError("give crop (x, y, width, height), straighten, flatten and propose (true or false).")
         asked = from_json("grow", given)
-        if not (asked.crop or asked.flatten or straighten):
-            raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
-        does = {"crop": asked.crop, "flatten": asked.flatten, "straighten": straighten}
+        does |= {"crop": asked.crop, "flatten": asked.flatten}
+        if not any(does.values()):
+            raise ParameterError("nothing is asked for; give crop, straighten, flatten or propose.")
 
         with self.uploads.folder("exemplars") as folder:
             given = {"paths": self.uploads.paths_of(row), "stem": row["name"], "folder": str(folder), **does}

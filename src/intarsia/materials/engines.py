@@ -1,0 +1,149 @@
+"""Material sets as engines read them: their names of files, the green axis of their normals, and their packed maps.
+
+Source: the manuals of Unreal 5, Unity 6 (HDRP), Godot 4 and Blender 4, and the specification of glTF 2.0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..foundation import CHANNELS, ENGINES, InputError, ParameterError, called, expect
+from ..model import Exemplar
+from ..model.image import Kind, Plane, converted
+from ..rendering import enlarged
+
+USUAL = {"ao": 1, "roughness": 1, "metallic": 0, "detail": 1, "smoothness": 0}
+"""What a channel of a packed map is where its plane is missing: open, matt, no metal, full detail."""
+
+ORM = ("ao", "roughness", "metallic")
+
+
+class Wants(NamedTuple):
+    """What an engine wants of a material."""
+
+    called: str
+    hint: str  # for whoever opens the files there
+    words: Mapping[str, str]  # plane -> what it is called, where not by its own name
+    pack: str  # what the packed map is called
+    order: tuple[str, ...]  # its channels; none: nothing is packed
+
+
+WANTS = {
+    "unreal": Wants(
+        "Unreal", "switch sRGB off for ORM and H",
+        {"albedo": "BC", "normal": "N", "height": "H", "opacity": "O", "emission": "E"}, "ORM", ORM,
+    ),
+    "unity": Wants(
+        "Unity", "MaskMap is that of HDRP; in URP it is the metallic and the occlusion map; switch sRGB off for it",
+        {"albedo": "BaseMap", "normal": "Normal", "height": "Height", "emission": "Emission"},
+        "MaskMap", ("metallic", "ao", "detail", "smoothness"),
+    ),
+    "godot": Wants("Godot", "orm is for an ORMMaterial3D", {}, "orm", ORM),
+    "blender": Wants("Blender", "set all but base_color to Non-Color", {"albedo": "base_color"}, "", ()),
+    "gltf": Wants(
+        "glTF", "the packed map is occlusionTexture and metallicRoughnessTexture",
+        {"albedo": "baseColor", "emission": "emissive"}, "occlusionRoughnessMetallic", ORM,
+    ),
+}  # fmt: skip
+
+
+class Package(NamedTuple):
+    """A material as an engine reads it.
+
+    Attributes
+    ----------
+    pictures : dict of str to Plane
+        Name of a file -> what is in it; planes that are neither packed nor turned are those of the set.
+    told : list of str
+        What was turned, packed, or is missing, a line each.
+    """
+
+    pictures: dict[str, Plane]
+    told: list[str]
+
+
+def for_engine(exemplar: Exemplar, engine: str, name: str | None = None) -> Package:
+    """Return a material as an engine reads it: names of files, green of the normals, packed maps.
+
+    ``for file, picture in ia.for_engine(stones, "unreal").pictures.items(): ia.write(folder / file, picture)``
+
+    Parameters
+    ----------
+    exemplar : Exemplar
+        A set, or a picture alone.
+    engine : {"unreal", "unity", "godot", "blender", "gltf"}
+        Unreal reads DirectX normals, green down; the others OpenGL, green up.
+    name : str, optional
+        Of the material; default: that of the exemplar.
+
+    Returns
+    -------
+    Package
+        PNG, or EXR for floats, in the depth of the planes; a packed map has the largest depth and size among its own.
+
+    Raises
+    ------
+    ParameterError
+        for another engine, and for floats where glTF is asked for, which has PNG alone.
+    """
+    expect(exemplar, Exemplar, "the exemplar", "one of read(path) or Exemplar.of(array)", InputError)
+    expect(name, (str, type(None)), "name", "a word")
+    if not isinstance(engine, str) or engine not in ENGINES:
+        raise ParameterError(f"engine={called(engine)} is not allowed; choose one of {', '.join(ENGINES)}.")
+    wants, planes, told = WANTS[engine], dict(exemplar.planes), list[str]()
+    missing = [n for n in ("normal", "height", "roughness") if n not in planes]
+    guessed = [n for n, plane in planes.items() if plane.meta.get("proposed")]
+    way = "dx" if engine == "unreal" else "gl"
+    if "normal" in planes and planes["normal"].meta.get("normals", "gl") != way:
+        planes["normal"] = turned(planes["normal"])
+        told.append(f"green of the normals was turned: {wants.called} reads {'OpenGL' if way == 'gl' else 'DirectX'}")
+    if "smoothness" in wants.order and "roughness" in planes:
+        planes["smoothness"] = _inverted(planes.pop("roughness"))
+        told.append("roughness became smoothness: white minus it")
+    if own := {n: planes.pop(n) for n in wants.order if n in planes}:
+        planes[wants.pack] = _packed(own, wants.order)
+        told.append(f"{wants.pack} holds {', '.join(map(' '.join, zip(CHANNELS, wants.order, strict=False)))}")
+        told += [f"there is no {n}: {CHANNELS[k]} is {'white' if USUAL[n] else 'black'}"
+                 for k, n in enumerate(wants.order) if n not in own]  # fmt: skip
+    told += [f"there is no {', no '.join(missing)}: intarsia maps proposes them"] if missing else []
+    told += [f"proposed, not measured: {', '.join(guessed)}"] if guessed else []
+    stem, pictures = name or exemplar.name.rpartition(":")[2], dict[str, Plane]()
+    for n, plane in planes.items():
+        if plane.is_float and engine == "gltf":
+            raise ParameterError(f"the {n} of {stem} holds floats, and glTF reads PNG alone; save it with 16 bits.")
+        ending = "exr" if plane.is_float or plane.pixels.dtype == np.uint32 else "png"
+        pictures[f"{'T_' * (engine == 'unreal')}{stem}_{wants.words.get(n, n)}.{ending}"] = plane
+    return Package(pictures, [*told, f"{wants.called}: {wants.hint}"])
+
+
+def turned(normal: Plane) -> Plane:
+    """Return normals with green the other way, exactly: 255 - g, 65535 - g, 1 - g, or -g of floats with a sign."""
+    codes = normal.samples.copy()
+    codes[..., 1] = (0 if normal.is_float and (codes < 0).any() else _top(codes.dtype)) - codes[..., 1]
+    way = "gl" if normal.meta.get("normals") == "dx" else "dx"
+    return replace(normal, pixels=codes, meta=normal.meta | {"normals": way})
+
+
+def _inverted(plane: Plane) -> Plane:
+    return plane.like(_top(plane.pixels.dtype) - plane.samples)
+
+
+def _top(dtype: np.dtype[Any]) -> Any:
+    """Return white, in the type of the codes."""
+    return dtype.type(1 if dtype.kind == "f" else np.iinfo(dtype).max)
+
+
+def _packed(own: Mapping[str, Plane], order: tuple[str, ...]) -> Plane:
+    """Return one plane of a channel each, in the largest depth and size among those that are there."""
+    dtype, shape = np.result_type(*(p.pixels.dtype for p in own.values())), max(p.shape for p in own.values())
+    out = np.empty((*shape, len(order)), dtype)
+    for k, n in enumerate(order):
+        out[..., k] = USUAL[n] * _top(dtype)
+        if n in own:
+            codes = converted(own[n].samples, "data", False, dtype)
+            out[..., k] = enlarged(codes, shape[0] // own[n].height)[..., 0]
+    return Plane(out, Kind.DATA)
