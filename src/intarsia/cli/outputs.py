@@ -239,7 +239,7 @@ def write_sets(
             for path, plane in pictures.items():
                 files.write(staging.place(path), plane)
             told += lines
-            for line in [", ".join(pictures), *lines]:
-                report.note(line)
         staging.commit()
+    for line in [", ".join(sorted(written)), *told]:
+        report.note(line)
     report.result({"files": sorted(written), "told": told})

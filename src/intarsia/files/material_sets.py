@@ -47,6 +47,8 @@ _CLEAR = frozenset(_NAME) - frozenset(
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif|proposed", re.IGNORECASE)
 PROPOSED = "_proposed"
+"""Ending of the name of a map that was proposed, not measured."""
+
 READABLE = frozenset([*SUFFIXES, ".gif", ".pnm"])
 
 
@@ -172,14 +174,10 @@ def uses_directx(path: PathLike) -> bool:
     return _split(path)[1] in _DIRECTX
 
 
-def is_proposed(path: PathLike) -> bool:
-    """Return whether a map was proposed, not measured, by its name."""
-    return Path(split_layer(path)[0]).stem.lower().endswith(PROPOSED)
-
-
 def marks_of(path: PathLike) -> str:
-    """Return what the name of a map has to say again in that of a map made of it."""
-    return "_dx" * uses_directx(path) + PROPOSED * is_proposed(path)
+    """Return what the name of a map says of it and has to say again in that of a map made of it."""
+    proposed = Path(split_layer(path)[0]).stem.lower().endswith(PROPOSED)
+    return "_dx" * uses_directx(path) + PROPOSED * proposed
 
 
 def word_of(name: str, plane: Plane) -> str:

@@ -153,9 +153,6 @@ ALPHAS = ("auto", "channel", "mask")
 ENGINES = ("unreal", "unity", "godot", "blender", "gltf")
 """Engines for which materials are named and packed."""
 
-DEEP = ("auto", "dark", "light")
-"""What of a photograph may be taken to lie deep."""
-
 STRENGTHS = 100
 """Largest factor of how steep proposed normals are; a limit of arithmetic."""
 

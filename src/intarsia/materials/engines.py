@@ -102,7 +102,8 @@ def for_engine(exemplar: Exemplar, engine: str, name: str | None = None) -> Pack
         planes["normal"] = turned(planes["normal"])
         told.append(f"green of the normals was turned: {wants.called} reads {'OpenGL' if way == 'gl' else 'DirectX'}")
     if "smoothness" in wants.order and "roughness" in planes:
-        planes["smoothness"] = _inverted(planes.pop("roughness"))
+        rough = planes.pop("roughness")
+        planes["smoothness"] = rough.like(_top(rough.pixels.dtype) - rough.samples)
         told.append("roughness became smoothness: white minus it")
     if own := {n: planes.pop(n) for n in wants.order if n in planes}:
         planes[wants.pack] = _packed(own, wants.order)
@@ -126,10 +127,6 @@ def turned(normal: Plane) -> Plane:
     codes[..., 1] = (0 if normal.is_float and (codes < 0).any() else _top(codes.dtype)) - codes[..., 1]
     way = "gl" if normal.meta.get("normals") == "dx" else "dx"
     return replace(normal, pixels=codes, meta=normal.meta | {"normals": way})
-
-
-def _inverted(plane: Plane) -> Plane:
-    return plane.like(_top(plane.pixels.dtype) - plane.samples)
 
 
 def _top(dtype: np.dtype[Any]) -> Any:

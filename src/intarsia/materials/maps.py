@@ -19,7 +19,7 @@ import numpy as np
 from ..analysis.features import LUMINANCE
 from ..analysis.illumination import flattened
 from ..disk import check_fits
-from ..foundation import DEEP, STRENGTHS, InputError, ParameterError, called, expect, ndimage
+from ..foundation import STRENGTHS, InputError, ParameterError, called, expect, ndimage
 from ..foundation.arrays import Array, Floats
 from ..model import Exemplar
 from ..model.image import EIGHT, Kind, Plane, Transfer, converted
@@ -37,11 +37,12 @@ ROUGH, SMOOTHER, ROUGHER = 0.85, 0.4, 1.5  # by eye: of black, and what white an
 MEMORY = 200  # bytes a px at most: six arrays of floats, twice as high and wide
 
 
-def proposed(exemplar: Exemplar, *, strength: float = 1.0, deep: str = "auto") -> Exemplar:
+def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
     """Return a material with the maps that it lacks proposed from those that it has.
 
     Of a photograph the light is flattened; its height is the sum of six bands of its brightness, of octaves from 1/256
-    to 1/8 of the shorter side; its normals follow from the height; it is rough where it is dark and where its fine
+    to 1/8 of the shorter side: what is dark lies deep, unless what is light is a net that runs through, such as light
+    joints between dark bricks. Its normals follow from the height; it is rough where it is dark and where its fine
     contrast is high. Of a height the normals are made, of normals the height, and nothing else.
 
     Parameters
@@ -49,10 +50,7 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0, deep: str = "auto") -
     exemplar : Exemplar
         A photograph, or a set that lacks maps. If it is toroidal the maps are, too, and its light stays.
     strength : float
-        How steep the normals are, 0 to 100; default 1.
-    deep : {"auto", "dark", "light"}
-        What lies deep in a photograph. ``auto``: what is dark, unless what is light is a net that runs through, such
-        as light joints around dark bricks.
+        How steep the normals are, -100 to 100; default 1. Below 0 what lay deep stands out.
 
     Returns
     -------
@@ -65,11 +63,9 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0, deep: str = "auto") -
     InputError
         if there is nothing to propose, or nothing to propose it from.
     ParameterError
-        for a wrong strength or word.
+        for a wrong strength.
     """
     expect(exemplar, Exemplar, "the exemplar", "one of read(path) or Exemplar.of(array)", InputError)
-    if not isinstance(deep, str) or deep not in DEEP:
-        raise ParameterError(f"deep={called(deep)} is not allowed; choose one of {', '.join(DEEP)}.")
     has, wrap, new = exemplar.planes, exemplar.toroidal, dict[str, Plane]()
     if "normal" in has and "height" not in has:
         new["height"] = height_of(has["normal"], wrap=wrap)
@@ -81,10 +77,13 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0, deep: str = "auto") -
         exemplar = flattened(exemplar) if len(has) == 1 and not wrap else exemplar
         light, whole = _doubled(_brightness(exemplar.base), wrap), np.s_[: exemplar.height, : exemplar.width]
         if "normal" not in has:
-            sign = -1 if deep == "light" or (deep == "auto" and _light_joints(light)) else 1
-            how = f"brightness by bands, what is {'dark' if sign > 0 else 'light'} lies deep"
-            new["height"] = _plane(sign * _relief(light)[whole] * 65535 + 32768, Kind.DATA, how)
+            relief, deep = _relief(light)[whole] * 65535, "dark"
+            if _light_joints(light):
+                relief, deep = -relief, "light"
+            new["height"] = _plane(relief + 32768, Kind.DATA, f"bands of brightness, what is {deep} lies deep")
             new["normal"] = normal_of(new["height"], strength=strength, wrap=wrap)
+            if strength < 0:
+                new["height"] = new["height"].like(np.uint16(65535) - new["height"].samples)
         if "roughness" not in has:
             new["roughness"] = _plane(_roughness(light)[whole] * 65535, Kind.DATA, "rough where dark or uneven")
     if exemplar.base.pixels.dtype == EIGHT:
@@ -101,7 +100,7 @@ def normal_of(height: Plane, *, strength: float = 1.0, wrap: bool = False) -> Pl
     height : Plane
         Its first channel; black to white, or 0 to 1 of floats, stands for 1/32 of the shorter side.
     strength : float
-        How many times steeper the normals are, 0 to 100; default 1.
+        How many times steeper the normals are, -100 to 100; default 1.
     wrap : bool
         Whether the surface continues across its borders; else it is mirrored there.
 
@@ -115,8 +114,8 @@ def normal_of(height: Plane, *, strength: float = 1.0, wrap: bool = False) -> Pl
         if the height is no plane, or the strength no number of the range.
     """
     expect(height, Plane, "the height", "a Plane", InputError)
-    if isinstance(strength, bool) or not isinstance(strength, Real) or not 0 <= strength <= STRENGTHS:
-        raise ParameterError(f"strength={called(strength)} is not allowed; give 0 to {STRENGTHS}.")
+    if isinstance(strength, bool) or not isinstance(strength, Real) or not abs(strength) <= STRENGTHS:
+        raise ParameterError(f"strength={called(strength)} is not allowed; give -{STRENGTHS} to {STRENGTHS}.")
     rise = code_shares(height.samples[..., 0])
     rise *= strength * _depth(rise) / max(float(np.ptp(rise)), 1.0)
     wide = np.pad(rise, 1, mode="wrap" if wrap else "symmetric")

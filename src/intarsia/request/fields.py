@@ -10,7 +10,6 @@ from ..disk import DEFAULT_PIXELS, VARIABLE
 from ..foundation import (
     ALPHAS,
     AUTO_METHOD,
-    DEEP,
     ENGINES,
     FEATHER,
     MOST_PASSES,
@@ -157,11 +156,8 @@ class Options:
         "is packed.", "export", "required",
     )  # fmt: skip
     strength: float = option(
-        Number(high=STRENGTHS), "--strength", "How steep the normals are.", "maps", "tells_default", 1.0,
-    )  # fmt: skip
-    deep: str = option(
-        one_of(*DEEP), "--deep", "What of a photograph lies deep. auto: what is dark, unless what is light is a net "
-        "that runs through, such as joints.", "maps", "tells_default", DEEP[0],
+        Number(low=-STRENGTHS, high=STRENGTHS), "--strength", "How steep the normals are. Below 0 what lay deep "
+        "stands out.", "maps", "tells_default", 1.0,
     )  # fmt: skip
     origin: tuple[int, int] = option(
         Place(), "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",

@@ -147,6 +147,22 @@ class Showing:
 
         return await self.pictures.get(("report", row["id"]), draw)
 
+    async def for_engine(self, kind: str, row: Row, engine: str) -> Path:
+        """Write an archive of an exemplar or a result as `intarsia export` names and packs it; the caller removes it.
+
+        ``told.txt`` says what was turned and packed.
+        """
+        place, folder = self.store.place("results", row["id"]), self.store.begun("results")
+        paths = self.uploads.paths_of(row) if kind == "exemplar" else [str(place / name) for name in row["pictures"]]
+        try:
+            words = ["export", *paths, f"--for={engine}", "--output=made", "--json"]
+            answer, _ = await self.beside.ask("command", within=WITHIN, words=words, folder=str(folder))
+            (folder / "made" / "told.txt").write_text("\n".join([*answer["told"], ""]), encoding="utf-8")
+            return Path(await asyncio.to_thread(shutil.make_archive, str(folder / "all"), "zip", folder / "made"))
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
     def _steps(self, row: Row) -> list[Row]:
         """Return the results of which each was made of the one before it, to the one given."""
         steps = [row]

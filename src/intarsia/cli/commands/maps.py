@@ -28,7 +28,7 @@ def propose(request: Request, report: Report) -> None:
 
     def made(exemplar: Any, found: Any) -> Any:
         exemplar = replace(exemplar, toroidal=exemplar.toroidal or files.tiles(next(iter(found.values()))))
-        exemplar = proposed(exemplar, strength=request.strength, deep=request.deep)
+        exemplar = proposed(exemplar, strength=request.strength)
         out, stem = request.out or "", stem_of(found)
         told = [f"{n}: proposed, {p.meta['proposed']}" for n, p in exemplar.planes.items() if "proposed" in p.meta]
         return files_of(join(out, stem) if out.endswith("/") or isdir(out) else splitext(out)[0], exemplar), told
