@@ -27,7 +27,7 @@ _NAMES = {
     "foundation.run": "Run",
     "giant": "Weave weave",
     "judging": "Score",
-    "materials.engines": "Package for_engine",
+    "materials.engines": "for_engine",
     "materials.maps": "height_of normal_of proposed",
     "methods.best_tile": "BestTile",
     "methods.graphcut": "Graphcut",

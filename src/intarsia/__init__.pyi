@@ -19,7 +19,6 @@ from .foundation.run import Run as Run
 from .giant import Weave as Weave
 from .giant import weave as weave
 from .judging import Score as Score
-from .materials.engines import Package as Package
 from .materials.engines import for_engine as for_engine
 from .materials.maps import height_of as height_of
 from .materials.maps import normal_of as normal_of

@@ -1,4 +1,4 @@
-"""Proposed maps: what is made of heights comes back from normals, what tiles goes on tiling, what is flat stays flat."""
+"""Proposed maps: heights come back from normals, what tiles goes on tiling, what is flat stays flat."""
 
 from __future__ import annotations
 
@@ -186,8 +186,8 @@ def test_the_command_writes_a_set_that_is_read_as_one_material(tmp_path: Path) -
 def test_a_result_that_tiles_has_maps_that_tile(tmp_path: Path) -> None:
     """By its recipe; the option says it of any other picture."""
     ia.write(tmp_path / "moss.png", photograph())
-    run("grow", tmp_path / "moss.png", "-o", tmp_path / "big.png", "--size", "96", "--wrap", "both", "-m", "image-quilting",
-        "--patch", "16")  # fmt: skip
+    quilted = "--size", "96", "--wrap", "both", "--method", "image-quilting", "--patch", "16"
+    run("grow", tmp_path / "moss.png", "-o", tmp_path / "big.png", *quilted)
     run("maps", tmp_path / "big.png", "-o", tmp_path / "a")
     ia.write(tmp_path / "bare.png", ia.read(tmp_path / "big.png").base.pixels)
     run("maps", tmp_path / "bare.png", "-o", tmp_path / "b", "--toroidal")
@@ -213,9 +213,9 @@ def test_nothing_half_is_written_and_refusals_are_one_line(tmp_path: Path) -> No
 
 PHOTOGRAPHS = {
     "near-regular_brick-large_256": "light", "near-regular_brick-gray_192": "light", "irregular_flagstone_320": "light",
-    "near-regular_brick-wall_256": "light", "near-regular_fan-cobble_384": "dark", "near-regular_stone-blocks_416": "dark",
-    "irregular_pebbles_256": "dark", "near-stochastic_bark_256": "dark", "near-regular_burlap-cloth_256": "dark",
-    "stochastic_grass-gray_192": "dark", "near-stochastic_rock_320": "dark",
+    "near-regular_brick-wall_256": "light", "near-regular_fan-cobble_384": "dark", "irregular_pebbles_256": "dark",
+    "near-regular_stone-blocks_416": "dark", "near-stochastic_bark_256": "dark",
+    "near-regular_burlap-cloth_256": "dark", "stochastic_grass-gray_192": "dark", "near-stochastic_rock_320": "dark",
 }  # fmt: skip
 
 
@@ -228,6 +228,6 @@ def test_photographs_are_plausible(name: str) -> None:
     up = made["normal"].pixels[..., 2] / np.iinfo(made["normal"].pixels.dtype).max * 2 - 1
     lean = np.degrees(np.arccos(np.clip(up, -1, 1)))
     assert np.median(lean) < 25
-    assert 3 < np.quantile(lean, 0.9)
+    assert np.quantile(lean, 0.9) > 3
     assert np.quantile(lean, 0.99) < 65
     assert 0.1 < np.ptp(made["height"].pixels.astype(float)) / 65535 <= 1

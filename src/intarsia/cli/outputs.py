@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,8 +25,6 @@ from .exemplars import Inputs, PlaneFiles, sets_of, stem_of
 if TYPE_CHECKING:
     from ..tasks.scoring import Outcome
 
-Planes = dict[str, Plane]
-"""Path or name of a file -> what it holds."""
 
 FIELDS = ("stem", "seed", "method", "w", "h")
 
@@ -218,7 +216,7 @@ def write_page(staging: Staging, path: str, found: Outcome) -> None:
     files.write_bytes(staging.place(path), page_of(found).encode("utf-8", "replace"))
 
 
-def files_of(stem: str, exemplar: Exemplar) -> Planes:
+def files_of(stem: str, exemplar: Exemplar) -> dict[str, Plane]:
     """Return the files of an exemplar whose names begin with `stem`: one of each plane, and its mask."""
     planes = dict(exemplar.planes)
     if exemplar.usable is not None:
@@ -227,10 +225,8 @@ def files_of(stem: str, exemplar: Exemplar) -> Planes:
     return {stem + f"_{word(n, p)}" * more + usual_ending("x.png", p, 1, None): p for n, p in planes.items()}
 
 
-def write_sets(
-    request: Request, report: Report, made: Callable[[Exemplar, PlaneFiles], tuple[Planes, list[str]]]
-) -> None:
-    """Write what is made of each set of a request, all or nothing, and tell what `made` tells of it."""
+def write_sets(request: Request, report: Report, made: Callable[[Exemplar, PlaneFiles], Any]) -> None:
+    """Write all that is made of the sets of a request, or nothing; `made` returns planes by path, and lines to tell."""
     written, told = set[str](), list[str]()
     with Staging(request.force, making=True) as staging:
         for found in sets_of(request, report):

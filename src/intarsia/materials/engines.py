@@ -51,39 +51,25 @@ WANTS = {
 }  # fmt: skip
 
 
-class Package(NamedTuple):
-    """A material as an engine reads it.
-
-    Attributes
-    ----------
-    pictures : dict of str to Plane
-        Name of a file -> what is in it; planes that are neither packed nor turned are those of the set.
-    told : list of str
-        What was turned, packed, or is missing, a line each.
-    """
-
-    pictures: dict[str, Plane]
-    told: list[str]
-
-
-def for_engine(exemplar: Exemplar, engine: str, name: str | None = None) -> Package:
+def for_engine(exemplar: Exemplar, engine: str) -> tuple[dict[str, Plane], list[str]]:
     """Return a material as an engine reads it: names of files, green of the normals, packed maps.
 
-    ``for file, picture in ia.for_engine(stones, "unreal").pictures.items(): ia.write(folder / file, picture)``
+    ``pictures, told = ia.for_engine(stones, "unreal")``, then ``ia.write(folder / name, picture)`` for each.
 
     Parameters
     ----------
     exemplar : Exemplar
-        A set, or a picture alone.
+        A set, or a picture alone; files are called after its name.
     engine : {"unreal", "unity", "godot", "blender", "gltf"}
         Unreal reads DirectX normals, green down; the others OpenGL, green up.
-    name : str, optional
-        Of the material; default: that of the exemplar.
 
     Returns
     -------
-    Package
-        PNG, or EXR for floats, in the depth of the planes; a packed map has the largest depth and size among its own.
+    dict of str to Plane
+        Name of a file -> what is in it: PNG, or EXR for floats, in the depth of the planes. A packed map has the
+        largest depth and size among its own; planes that are neither packed nor turned are those of the set.
+    list of str
+        What was turned, packed, or is missing, a line each.
 
     Raises
     ------
@@ -91,41 +77,41 @@ def for_engine(exemplar: Exemplar, engine: str, name: str | None = None) -> Pack
         for another engine, and for floats where glTF is asked for, which has PNG alone.
     """
     expect(exemplar, Exemplar, "the exemplar", "one of read(path) or Exemplar.of(array)", InputError)
-    expect(name, (str, type(None)), "name", "a word")
     if not isinstance(engine, str) or engine not in ENGINES:
         raise ParameterError(f"engine={called(engine)} is not allowed; choose one of {', '.join(ENGINES)}.")
     wants, planes, told = WANTS[engine], dict(exemplar.planes), list[str]()
-    missing = [n for n in ("normal", "height", "roughness") if n not in planes]
-    guessed = [n for n, plane in planes.items() if plane.meta.get("proposed")]
-    way = "dx" if engine == "unreal" else "gl"
+    guessed = [n for n, plane in planes.items() if "proposed" in plane.meta]
+    missing = [n for n in ("normal", "height", *ORM) if n not in planes]
+    way, reads = ("dx", "DirectX") if engine == "unreal" else ("gl", "OpenGL")
     if "normal" in planes and planes["normal"].meta.get("normals", "gl") != way:
-        planes["normal"] = turned(planes["normal"])
-        told.append(f"green of the normals was turned: {wants.called} reads {'OpenGL' if way == 'gl' else 'DirectX'}")
+        planes["normal"] = turned(planes["normal"], way)
+        told.append(f"green of the normals was turned: {wants.called} reads {reads}")
     if "smoothness" in wants.order and "roughness" in planes:
         rough = planes.pop("roughness")
         planes["smoothness"] = rough.like(_top(rough.pixels.dtype) - rough.samples)
         told.append("roughness became smoothness: white minus it")
     if own := {n: planes.pop(n) for n in wants.order if n in planes}:
         planes[wants.pack] = _packed(own, wants.order)
-        told.append(f"{wants.pack} holds {', '.join(map(' '.join, zip(CHANNELS, wants.order, strict=False)))}")
-        told += [f"there is no {n}: {CHANNELS[k]} is {'white' if USUAL[n] else 'black'}"
-                 for k, n in enumerate(wants.order) if n not in own]  # fmt: skip
-    told += [f"there is no {', no '.join(missing)}: intarsia maps proposes them"] if missing else []
-    told += [f"proposed, not measured: {', '.join(guessed)}"] if guessed else []
-    stem, pictures = name or exemplar.name.rpartition(":")[2], dict[str, Plane]()
+        channels = ", ".join(map(" ".join, zip(CHANNELS, wants.order, strict=False)))
+        told.append(f"{wants.pack} holds {channels}; what is missing is white, metallic and smoothness black")
+    told += [f"missing: {', '.join(missing)}"] * bool(missing)
+    told += [f"proposed, not measured: {', '.join(guessed)}"] * bool(guessed)
+    stem, pictures = exemplar.name.rpartition(":")[2], dict[str, Plane]()
     for n, plane in planes.items():
         if plane.is_float and engine == "gltf":
             raise ParameterError(f"the {n} of {stem} holds floats, and glTF reads PNG alone; save it with 16 bits.")
         ending = "exr" if plane.is_float or plane.pixels.dtype == np.uint32 else "png"
         pictures[f"{'T_' * (engine == 'unreal')}{stem}_{wants.words.get(n, n)}.{ending}"] = plane
-    return Package(pictures, [*told, f"{wants.called}: {wants.hint}"])
+    return pictures, [*told, f"{wants.called}: {wants.hint}"]
 
 
-def turned(normal: Plane) -> Plane:
-    """Return normals with green the other way, exactly: 255 - g, 65535 - g, 1 - g, or -g of floats with a sign."""
+def turned(normal: Plane, way: str) -> Plane:
+    """Return normals with green the other way, exactly: 255 - g, 65535 - g, 1 - g, or -g of floats with a sign.
+
+    `way`: "dx" or "gl", which they then are.
+    """
     codes = normal.samples.copy()
     codes[..., 1] = (0 if normal.is_float and (codes < 0).any() else _top(codes.dtype)) - codes[..., 1]
-    way = "gl" if normal.meta.get("normals") == "dx" else "dx"
     return replace(normal, pixels=codes, meta=normal.meta | {"normals": way})
 
 

@@ -27,10 +27,13 @@ from ..rendering import code_shares
 from ..rendering.blending import NormalCoding
 
 DEPTH = 1 / 32  # of the shorter side: by eye, on 46 photographs of 64 to 512 px, lit from the side
-FINEST = 1 / 512  # of the shorter side, doubled: sigma of the first Gaussian, each next one is twice as wide
-BANDS = (0.25, 0.5, 1.0, 1.0, 1.0, 1.0)
-"""Weights of the bands between these Gaussians, finest first: what is finer than 1/64 of the side is mostly grain."""
-JOINTS = (1 / 256, 1 / 32)  # of the shorter side, doubled: the band in which joints are lines
+RELIEF = ((0.25, 0.0), (0.25, 1 / 512), (0.5, 1 / 256), (-1.0, 1 / 16))
+"""Height of brightness: weights of Gaussians and their sigmas, in shares of the doubled picture's shorter side.
+
+These are bands of an octave each, down to 1/8 of the picture; the two finest, mostly grain, count 1/4 and 1/2.
+"""
+JOINTS = ((1.0, 1 / 256), (-1.0, 1 / 32))  # the band in which joints are lines
+FINE, AROUND = [(1.0, 1 / 256)], [(1.0, 1 / 128)]  # what is coarser than grain, and where its contrast is measured
 NET, MORE, LIGHT = 0.5, 2.5, 0.6  # right for all 14 walls and floors; of 32 others it turns 5, a fence among them
 STEEPEST = 0.05  # least z of a normal, 87 degrees: steeper ones are walls, or damaged
 ROUGH, SMOOTHER, ROUGHER = 0.85, 0.4, 1.5  # by eye: of black, and what white and fine contrast change
@@ -77,7 +80,7 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
         exemplar = flattened(exemplar) if len(has) == 1 and not wrap else exemplar
         light, whole = _doubled(_brightness(exemplar.base), wrap), np.s_[: exemplar.height, : exemplar.width]
         if "normal" not in has:
-            relief, deep = _relief(light)[whole] * 65535, "dark"
+            relief, deep = _filtered(light, RELIEF)[whole] * 65535, "dark"
             if _light_joints(light):
                 relief, deep = -relief, "light"
             new["height"] = _plane(relief + 32768, Kind.DATA, f"bands of brightness, what is {deep} lies deep")
@@ -117,7 +120,7 @@ def normal_of(height: Plane, *, strength: float = 1.0, wrap: bool = False) -> Pl
     if isinstance(strength, bool) or not isinstance(strength, Real) or not abs(strength) <= STRENGTHS:
         raise ParameterError(f"strength={called(strength)} is not allowed; give -{STRENGTHS} to {STRENGTHS}.")
     rise = code_shares(height.samples[..., 0])
-    rise *= strength * _depth(rise) / max(float(np.ptp(rise)), 1.0)
+    rise *= strength * DEPTH * min(rise.shape) / max(float(np.ptp(rise)), 1.0)
     wide = np.pad(rise, 1, mode="wrap" if wrap else "symmetric")
     across, down = wide[1:-1, 2:] - wide[1:-1, :-2], wide[2:, 1:-1] - wide[:-2, 1:-1]
     vectors = np.stack([-across, down, np.full(rise.shape, 2.0)], axis=2)
@@ -158,7 +161,8 @@ def height_of(normal: Plane, *, wrap: bool = False) -> Plane:
         far = at - at.mean()
         rise -= far * (far * rise).mean() / max(float((far**2).mean()), 1.0)
     rise -= (rise.max() + rise.min()) / 2
-    return _plane(rise / max(float(np.ptp(rise)), _depth(rise)) * 65535 + 32768, Kind.DATA, "fitted to the normals")
+    rise /= max(float(np.ptp(rise)), DEPTH * min(rise.shape))
+    return _plane(rise * 65535 + 32768, Kind.DATA, "fitted to the normals")
 
 
 def _doubled(values: Floats, wrap: bool, odd: int | None = None) -> Floats:
@@ -186,23 +190,15 @@ def _integral(down: Floats, across: Floats) -> Floats:
 
 
 def _filtered(values: Floats, weights: Iterable[tuple[float, float]]) -> Floats:
-    """Return a weighted sum of a picture blurred by Gaussians of some sigmas, px."""
-    y, x = _frequencies(values.shape)
+    """Return a weighted sum of a picture blurred by Gaussians, whose sigmas are shares of the shorter side."""
+    y, x = (along * min(values.shape) for along in _frequencies(values.shape))
     gain = sum(weight * np.exp(-(sigma**2) / 2 * (y**2 + x**2)) for weight, sigma in weights)
     return np.fft.irfft2(gain * np.fft.rfft2(values), values.shape)
 
 
-def _relief(light: Floats) -> Floats:
-    """Return weighted bands of brightness, about -0.5 to 0.5."""
-    side, steps = min(light.shape), np.diff([0.0, *BANDS, 0.0])
-    edges = [0.0, *(FINEST * side * 2**k for k in range(len(BANDS)))]
-    return _filtered(light, zip(steps, edges, strict=True))
-
-
 def _light_joints(light: Floats) -> bool:
     """Return whether the lighter part of a picture is a net that runs through, and the darker part is none."""
-    band = _filtered(light, [(w, share * min(light.shape)) for w, share in zip((1.0, -1.0), JOINTS, strict=True)])
-    largest = []
+    band, largest = _filtered(light, JOINTS), list[float]()
     for lines in (band > np.quantile(band, LIGHT), band < np.quantile(band, 1 - LIGHT)):
         sizes = np.bincount(ndimage.label(lines)[0].ravel(), minlength=2)[1:]
         largest.append(min(1.0, 4 * sizes.max() / max(1, sizes.sum())))  # the picture is there four times
@@ -211,9 +207,8 @@ def _light_joints(light: Floats) -> bool:
 
 def _roughness(light: Floats) -> Floats:
     """Return 0 to 1: high where it is dark, and where fine contrast is high."""
-    sigma = 2 * FINEST * min(light.shape)
-    smooth = _filtered(light, [(1.0, sigma)])
-    contrast = np.sqrt(np.maximum(_filtered((light - smooth) ** 2, [(1.0, 2 * sigma)]), 0.0))
+    smooth = _filtered(light, FINE)
+    contrast = np.sqrt(np.abs(_filtered((light - smooth) ** 2, AROUND)))
     return ROUGH - SMOOTHER * smooth + ROUGHER * contrast
 
 
@@ -221,10 +216,6 @@ def _brightness(base: Plane) -> Floats:
     """Return the mean of the sRGB codes of red, green and blue, 0 to 1, weighted by luminance."""
     codes = converted(base.samples, "colour", base.transfer is Transfer.LINEAR, np.dtype(np.uint16)) / 65535
     return codes[..., :3] @ LUMINANCE if base.channels >= 3 else codes[..., 0]
-
-
-def _depth(rise: Floats) -> float:
-    return DEPTH * float(min(rise.shape))
 
 
 def _plane(codes: Floats, kind: Kind, how: str) -> Plane:

@@ -18,11 +18,10 @@ def export(request: Request, report: Report) -> None:
     intarsia export wall_albedo.png wall_normal.png wall_roughness.png --for unity -o Assets/
     """
     from ...materials.engines import for_engine
-    from ..exemplars import stem_of
     from ..outputs import write_sets
 
     def made(exemplar: Any, found: Any) -> Any:
-        pictures, told = for_engine(exemplar, request.engine or "", stem_of(found))
+        pictures, told = for_engine(exemplar, request.engine or "")
         return {join(request.out or "", name): plane for name, plane in pictures.items()}, told
 
     write_sets(request, report, made)
