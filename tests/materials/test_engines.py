@@ -151,6 +151,9 @@ def test_nothing_half_is_written(tmp_path: Path) -> None:
     (out / "stone_normal.png").write_bytes(b"mine")
     assert "stone_normal.png" in run("export", *files, "--for", "blender", "-o", out, code=2).stderr
     assert [p.name for p in out.iterdir()] == ["stone_normal.png"]
+    for place, code in {"/proc/self/o": 1, out / "stone_normal.png": 3, out / "stone_normal.png" / "x": 2}.items():
+        for words in (("export", *files, "--for", "blender", "-o", place), ("maps", files[0], "-o", f"{place}/")):
+            assert "folder" in run(*words, "-q", code=code).stderr
     said = run("export", *files, "--for", "lego", "-o", out, code=2).stderr.splitlines()
     assert len(said) == 1
     assert "'unreal', 'unity', 'godot', 'blender', 'gltf'" in said[0]
