@@ -178,7 +178,9 @@ class Options:
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
             "export": {"required": True, "help": "The folder to write into."},
-            "maps": {"required": True, "help": "A folder, if it ends in / or is one; else how names begin."},
+            "maps": {
+                "required": True, "help": "A folder, or how names begin. What ends in / is a folder; {stem} is filled.",
+            },
             "weave": "OUT.zarr, OUT.tif, or OUT.png. A .zarr goes on where it was stopped, all else begins anew; a "
                 ".tif is a tiled BigTIFF; a .png, or another picture, must fit into memory. Further planes lie beside "
                 "it as OUT_NAME. Default: NAME_woven.tif in the working folder.",

@@ -24,14 +24,15 @@ def propose(request: Request, report: Report) -> None:
     from ... import files
     from ...materials.maps import proposed
     from ..exemplars import stem_of
-    from ..outputs import files_of, write_sets
+    from ..outputs import files_of, filled_name, write_sets
 
     def made(exemplar: Any, found: Any) -> Any:
         exemplar = replace(exemplar, toroidal=exemplar.toroidal or files.tiles(next(iter(found.values()))))
         exemplar = proposed(exemplar, strength=request.strength)
         out, stem = request.out or "", stem_of(found)
         told = [f"{n}: proposed, {p.meta['proposed']}" for n, p in exemplar.planes.items() if "proposed" in p.meta]
-        return files_of(join(out, stem) if out.endswith("/") or isdir(out) else splitext(out)[0], exemplar), told
+        base = join(out, stem) if out.endswith("/") or isdir(out) else splitext(out)[0]
+        return files_of(filled_name(base, {"stem": stem}), exemplar), told
 
     write_sets(request, report, made)
 

@@ -26,9 +26,9 @@ export function resultActions(result, plane, onward) {
   for (const file of files) more.append(link(fileOf(result, file.name), named(result, file.name), file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, named(result, `${stem(main?.name ?? "result")}.zip`), "All as a zip", "with its steps"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
-  more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
+  more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
     more.hidden = !yes;
