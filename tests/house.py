@@ -185,7 +185,7 @@ BUDGET = {
     "judging": 9_150,
     "kernels": 14_203,
     "lattice": 12_417,
-    "materials": 2_753,
+    "materials": 2_701,
     "methods": 3_815,
     "patches": 12_429,
     "published": 28_217,
@@ -196,7 +196,7 @@ BUDGET = {
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 23_330,
+    "studio": 23_312,
     "tasks": 13_873,
     "testing": 4_852,
 }

@@ -25,8 +25,7 @@ ORM = ("ao", "roughness", "metallic")
 class Wants(NamedTuple):
     """What an engine wants of a material."""
 
-    called: str
-    hint: str  # for whoever opens the files there
+    hint: str  # its name, and what to do there
     words: Mapping[str, str]  # plane -> what it is called, where not by its own name
     pack: str  # what the packed map is called
     order: tuple[str, ...]  # its channels; none: nothing is packed
@@ -34,18 +33,18 @@ class Wants(NamedTuple):
 
 WANTS = {
     "unreal": Wants(
-        "Unreal", "switch sRGB off for ORM and H",
+        "Unreal: switch sRGB off for ORM and H",
         {"albedo": "BC", "normal": "N", "height": "H", "opacity": "O", "emission": "E"}, "ORM", ORM,
     ),
     "unity": Wants(
-        "Unity", "MaskMap is that of HDRP; in URP it is the metallic and the occlusion map; switch sRGB off for it",
+        "Unity: MaskMap is that of HDRP; in URP it is the metallic and the occlusion map; switch sRGB off for it",
         {"albedo": "BaseMap", "normal": "Normal", "height": "Height", "emission": "Emission"},
         "MaskMap", ("metallic", "ao", "detail", "smoothness"),
     ),
-    "godot": Wants("Godot", "orm is for an ORMMaterial3D", {}, "orm", ORM),
-    "blender": Wants("Blender", "set all but base_color to Non-Color", {"albedo": "base_color"}, "", ()),
+    "godot": Wants("Godot: orm is for an ORMMaterial3D", {}, "orm", ORM),
+    "blender": Wants("Blender: set all but base_color to Non-Color", {"albedo": "base_color"}, "", ()),
     "gltf": Wants(
-        "glTF", "the packed map is occlusionTexture and metallicRoughnessTexture",
+        "glTF: the packed map is occlusionTexture and metallicRoughnessTexture; only PNG is read",
         {"albedo": "baseColor", "emission": "emissive"}, "occlusionRoughnessMetallic", ORM,
     ),
 }  # fmt: skip
@@ -74,7 +73,7 @@ def for_engine(exemplar: Exemplar, engine: str) -> tuple[dict[str, Plane], list[
     Raises
     ------
     ParameterError
-        for another engine, and for floats where glTF is asked for, which has PNG alone.
+        for another engine.
     """
     expect(exemplar, Exemplar, "the exemplar", "one of read(path) or Exemplar.of(array)", InputError)
     if not isinstance(engine, str) or engine not in ENGINES:
@@ -85,7 +84,7 @@ def for_engine(exemplar: Exemplar, engine: str) -> tuple[dict[str, Plane], list[
     way, reads = ("dx", "DirectX") if engine == "unreal" else ("gl", "OpenGL")
     if "normal" in planes and planes["normal"].meta.get("normals", "gl") != way:
         planes["normal"] = turned(planes["normal"], way)
-        told.append(f"green of the normals was turned: {wants.called} reads {reads}")
+        told.append(f"green of the normals was turned: {wants.hint.partition(':')[0]} reads {reads}")
     if "smoothness" in wants.order and "roughness" in planes:
         rough = planes.pop("roughness")
         planes["smoothness"] = rough.like(_top(rough.pixels.dtype) - rough.samples)
@@ -96,13 +95,9 @@ def for_engine(exemplar: Exemplar, engine: str) -> tuple[dict[str, Plane], list[
         told.append(f"{wants.pack} holds {channels}; what is missing is white, metallic and smoothness black")
     told += [f"missing: {', '.join(missing)}"] * bool(missing)
     told += [f"proposed, not measured: {', '.join(guessed)}"] * bool(guessed)
-    stem, pictures = exemplar.name.rpartition(":")[2], dict[str, Plane]()
-    for n, plane in planes.items():
-        if plane.is_float and engine == "gltf":
-            raise ParameterError(f"the {n} of {stem} holds floats, and glTF reads PNG alone; save it with 16 bits.")
-        ending = "exr" if plane.is_float or plane.pixels.dtype == np.uint32 else "png"
-        pictures[f"{'T_' * (engine == 'unreal')}{stem}_{wants.words.get(n, n)}.{ending}"] = plane
-    return pictures, [*told, f"{wants.called}: {wants.hint}"]
+    stem = "T_" * (engine == "unreal") + exemplar.name.rpartition(":")[2]
+    named = {f"{stem}_{wants.words.get(n, n)}.{'exr' if p.is_float else 'png'}": p for n, p in planes.items()}
+    return named, [*told, wants.hint]
 
 
 def turned(normal: Plane, way: str) -> Plane:
@@ -115,9 +110,9 @@ def turned(normal: Plane, way: str) -> Plane:
     return replace(normal, pixels=codes, meta=normal.meta | {"normals": way})
 
 
-def _top(dtype: np.dtype[Any]) -> Any:
-    """Return white, in the type of the codes."""
-    return dtype.type(1 if dtype.kind == "f" else np.iinfo(dtype).max)
+def _top(dtype: np.dtype[Any]) -> int:
+    """Return the code of white."""
+    return 1 if dtype.kind == "f" else np.iinfo(dtype).max
 
 
 def _packed(own: Mapping[str, Plane], order: tuple[str, ...]) -> Plane:

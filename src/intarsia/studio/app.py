@@ -164,8 +164,8 @@ class Studio:
 
     async def engine(self, request: Request, engine: str, **row: Row) -> Response:
         ((kind, of),) = row.items()
-        called = of.get("name") or Path(of["pictures"][0]).stem
-        return _once(await self.showing.for_engine(kind, of, engine), f"{called}_{engine}.zip")
+        path = await self.showing.for_engine(kind, of, engine)
+        return _once(path, f"{of.get('name') or Path(of['pictures'][0]).stem}_{engine}.zip")
 
     async def report(self, request: Request, result: Row) -> Response:
         page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
