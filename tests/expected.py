@@ -74,6 +74,10 @@ def _as_colours(role: Role, plane: Plane, path: str) -> int:
         return 3
     if role.command == "analyze":
         return 0
+    if role.command == "export":
+        return 2 if channels > 4 else 0
+    if role.command == "maps":
+        return 2 if role.how == "second" else 0  # both would be called out_albedo.png
     if role.command == "score":
         base = files.read(path).base
         return 0 if base.kind is Kind.COLOUR and base.channels == 3 else 3

@@ -27,6 +27,8 @@ _NAMES = {
     "foundation.run": "Run",
     "giant": "Weave weave",
     "judging": "Score",
+    "materials.engines": "for_engine",
+    "materials.maps": "height_of normal_of proposed",
     "methods.best_tile": "BestTile",
     "methods.graphcut": "Graphcut",
     "methods.image_quilting": "ImageQuilting",

@@ -19,6 +19,10 @@ from .foundation.run import Run as Run
 from .giant import Weave as Weave
 from .giant import weave as weave
 from .judging import Score as Score
+from .materials.engines import for_engine as for_engine
+from .materials.maps import height_of as height_of
+from .materials.maps import normal_of as normal_of
+from .materials.maps import proposed as proposed
 from .methods.best_tile import BestTile as BestTile
 from .methods.graphcut import Graphcut as Graphcut
 from .methods.image_quilting import ImageQuilting as ImageQuilting

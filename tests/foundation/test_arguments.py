@@ -68,6 +68,10 @@ GIVEN: dict[str, tuple[Callable[..., object], dict[str, Any], str]] = {
     "report": (ia.report, {"made": made}, "name"),
     "score": (ia.score, {"exemplar": SMALL, "output": SMALL}, "wrap"),
     "magnified": (ia.magnified, {"exemplar": Exemplar.of(SMALL), "times": 2}, ""),
+    "proposed": (ia.proposed, {"exemplar": Exemplar.of(SMALL)}, "strength"),
+    "normal_of": (ia.normal_of, {"height": ia.Plane(SMALL[:, :, 0], "data")}, "strength"),
+    "height_of": (ia.height_of, {"normal": ia.Plane(SMALL, "normal")}, ""),
+    "for_engine": (ia.for_engine, {"exemplar": Exemplar.of(SMALL), "engine": "unreal"}, ""),
     "read": (ia.read, {"path": "sample:tiles"}, "mask alpha height"),
     "write": (ia.write, {"path": "o.png", "picture": SMALL}, "depth recipe"),
     "Synthesis.render": (lambda **v: made().render(**v), {}, "plane feather finish box run"),
@@ -133,6 +137,7 @@ TAKEN: dict[str, set[str]] = {
     **{name: {"vast"} for name in ("Margins", "Canvas rim")},
     "Plane meta": {"dict"}, "Run step": {"function", "class"}, "Field": {"fraction", "negative"},
     "Guide weight": {"fraction"},
+    **{f"{name} strength": {"fraction", "negative"} for name in ("proposed", "normal_of")},
     **{f"{name} angle": {"fraction", "negative"} for name in ("Correction2008", "ParallelControllable")},
     **{f"{name} kappa": {"fraction", "infinite"} for name in ("Correction2008", "ParallelControllable")},
     **{

@@ -158,6 +158,8 @@ COMMANDS = {
     "replay": "Make a picture again from the recipe it carries.",
     "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",
     "score": "Tell how good an output is, and what speaks against it.",
+    "maps": "Propose the maps that a photograph or a set lacks: height, normal, roughness.",
+    "export": "Write a material as Unreal, Unity, Godot, Blender or glTF reads it.",
     "methods": "List the methods, or the parameters of one.",
     "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",

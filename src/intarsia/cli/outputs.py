@@ -5,23 +5,26 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .. import files
 from ..disk import atomic, reason_of
 from ..foundation import ParameterError, ResourceError, printable
 from ..foundation.arrays import Pair
 from ..model import Exemplar
-from ..model.image import Plane
+from ..model.image import Kind, Plane
 from ..request import Request
-from . import unbroken
-from .exemplars import PlaneFiles, stem_of
+from . import Report, unbroken
+from .exemplars import Inputs, PlaneFiles, sets_of, stem_of
 
 if TYPE_CHECKING:
     from ..tasks.scoring import Outcome
+
 
 FIELDS = ("stem", "seed", "method", "w", "h")
 
@@ -38,14 +41,18 @@ def filled_name(template: str, values: Mapping[str, object]) -> str:
 
 
 def plane_files(out: str, planes: PlaneFiles) -> PlaneFiles:
-    """Return the file of each plane: `out` for the base, OUT_NAME in the format of the input for the others."""
+    """Return the file of each plane: `out` for the base, OUT_NAME in the format of the input for the others.
+
+    Names that say DirectX, or proposed, do so again.
+    """
     names = [name for name in planes if name != "mask"]
     if out == "-":
         if len(names) > 1:
             raise ParameterError(f"-o - holds one picture, here are {len(names)} planes; name a file.")
         return {names[0]: out}
     stem, own = splitext(out)
-    return {name: f"{stem}_{name}{_ending(planes[name]) or own}" if n else out for n, name in enumerate(names)}
+    words = {name: name + files.material_sets.marks_of(planes[name]) for name in names}
+    return {name: f"{stem}_{words[name]}{_ending(planes[name]) or own}" if n else out for n, name in enumerate(names)}
 
 
 def _ending(path: str) -> str:
@@ -207,3 +214,28 @@ def write_page(staging: Staging, path: str, found: Outcome) -> None:
     from ..tasks.report import page_of
 
     files.write_bytes(staging.place(path), page_of(found).encode("utf-8", "replace"))
+
+
+def files_of(stem: str, exemplar: Exemplar) -> dict[str, Plane]:
+    """Return the files of an exemplar whose names begin with `stem`: one of each plane, and its mask."""
+    planes = dict(exemplar.planes)
+    if exemplar.usable is not None:
+        planes["mask"] = Plane(exemplar.usable.astype(np.uint8) * np.uint8(255), Kind.LABEL)
+    more, word = len(planes) > 1, files.material_sets.word_of
+    return {stem + f"_{word(n, p)}" * more + usual_ending("x.png", p, 1, None): p for n, p in planes.items()}
+
+
+def write_sets(request: Request, report: Report, made: Callable[[Exemplar, PlaneFiles], Any]) -> None:
+    """Write all that is made of the sets of a request, or nothing; `made` returns planes by path, and lines to tell."""
+    written, told = set[str](), list[str]()
+    with Staging(request.force, making=True) as staging:
+        for found in sets_of(request, report):
+            pictures, lines = made(Inputs([found], request, report).exemplars[0], found)
+            check_all(pictures, request.force, written, making=True)
+            for path, plane in pictures.items():
+                files.write(staging.place(path), plane)
+            told += lines
+        staging.commit()
+    for line in [", ".join(sorted(written)), *told]:
+        report.note(line)
+    report.result({"files": sorted(written), "told": told})

@@ -14,7 +14,7 @@ from .. import files
 from ..disk import peak_memory
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
-from ..files.material_sets import Material
+from ..files.material_sets import Material, marks_of
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
@@ -221,7 +221,7 @@ def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fiel
     def called(plane: str) -> str:
         """Return the name of a plane: that of its own file in a folder, else of the exemplar and what was done."""
         if not request.folder:
-            return usual if plane == next(iter(found)) else f"{usual}_{plane}"
+            return usual if plane == next(iter(found)) else f"{usual}_{plane}{marks_of(found[plane])}"
         file, layer = split_layer(found[plane])
         alone = sum(exemplar.picture(name) is not None for name in found) == 1
         own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")

@@ -37,8 +37,8 @@ from ..model import KIND_OF_NAME, Exemplar, check_size, finite
 from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
 from .formats import LAYER, format_of, open_picture, split_layer
-from .material_sets import describe, group, layered, materials, name_of, uses_directx
-from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
+from .material_sets import PROPOSED, describe, group, layered, marks_of, materials, name_of, uses_directx
+from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, tiles, write
 
 __all__ = [
     "RECIPE",
@@ -60,6 +60,7 @@ __all__ = [
     "recipe_path",
     "sample",
     "sample_names",
+    "tiles",
     "write",
     "write_bytes",
 ]
@@ -177,6 +178,8 @@ def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Pl
         plane = read_plane(path, KIND_OF_NAME.get(name, Kind.COLOUR))
         if name == "normal" and uses_directx(path):
             plane = replace(plane, meta=plane.meta | {"normals": "dx"})
+        if PROPOSED in marks_of(path):
+            plane = replace(plane, meta=plane.meta | {"proposed": "by its name"})
         more = unpacked(name, plane, order, printable(path)) if name in mixed else {name: plane}
         for twice in planes.keys() & more.keys():
             first = printable(owners[twice])

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ..disk import reason_of
 from ..disk.atomic import PathLike
 from ..foundation import MATERIALS, InputError, ParameterError, printable
+from ..model.image import Plane
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, open_picture, split_layer
 
@@ -44,7 +45,10 @@ _CLEAR = frozenset(_NAME) - frozenset(
 )
 """Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
-_TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
+_TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif|proposed", re.IGNORECASE)
+PROPOSED = "_proposed"
+"""Ending of the name of a map that was proposed, not measured."""
+
 READABLE = frozenset([*SUFFIXES, ".gif", ".pnm"])
 
 
@@ -168,6 +172,17 @@ def name_of(path: PathLike) -> tuple[str, str | None]:
 def uses_directx(path: PathLike) -> bool:
     """Return whether the green axis of a normal map points down, as in DirectX, by its name."""
     return _split(path)[1] in _DIRECTX
+
+
+def marks_of(path: PathLike) -> str:
+    """Return what the name of a map says of it and has to say again in that of a map made of it."""
+    proposed = Path(split_layer(path)[0]).stem.lower().endswith(PROPOSED)
+    return "_dx" * uses_directx(path) + PROPOSED * proposed
+
+
+def word_of(name: str, plane: Plane) -> str:
+    """Return the ending of a file for a plane, from which its green axis and whether it is proposed are read again."""
+    return name + "_dx" * (plane.meta.get("normals") == "dx") + PROPOSED * ("proposed" in plane.meta)
 
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:

@@ -309,6 +309,13 @@ def read_recipe(path: PathLike) -> dict[str, Any] | None:
     return _from_file(beside) if os.path.isfile(beside) else None
 
 
+def tiles(path: PathLike) -> bool:
+    """Return whether the recipe of a picture says that it continues across all its borders."""
+    with suppress(InputError):
+        return path != "-" and (read_recipe(path) or {}).get("wrap") == "both"
+    return False
+
+
 def _from_file(path: Path) -> dict[str, Any]:
     name = printable(path)
     if not os.path.isfile(path):

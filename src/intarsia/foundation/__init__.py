@@ -150,6 +150,12 @@ OVERLAYS = ("lattice", "segments")
 ALPHAS = ("auto", "channel", "mask")
 """How the opacity of an exemplar may be read."""
 
+ENGINES = ("unreal", "unity", "godot", "blender", "gltf")
+"""Engines for which materials are named and packed."""
+
+STRENGTHS = 100
+"""Largest factor of how steep proposed normals are; a limit of arithmetic."""
+
 TIMES = 64
 """Largest magnification of the rendered picture relative to the map."""
 

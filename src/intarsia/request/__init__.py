@@ -20,7 +20,7 @@ from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
 from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of, renamed
 from .field import FLAG, Field, fields_of
-from .fields import METHOD_VERBS, PICTURE_VERBS, Options, default_parameters, methods_for
+from .fields import METHOD_VERBS, PICTURE_VERBS, SETS, Options, default_parameters, methods_for
 
 if TYPE_CHECKING:
     from ..choosing import auto
@@ -73,6 +73,7 @@ class Request(Options):
             (self.out == "", f"-o: an empty name was given; name {able_to}."),
             (self.out == "-" and self.verb == "weave",
              "-o -: a giant picture does not fit into a pipe; name a .zarr or a .tif."),
+            (self.out == "-" and self.verb in SETS, "-o -: a set does not fit into a pipe; name a folder."),
             *((path in ("", "-"), f"{option} needs the name of a file.") for option, path in beside),
             (self.verb == "extend" and not any(self.margins),
              "no side is extended; give at least one of --left, --right, --top and --bottom, in px."),

@@ -10,11 +10,13 @@ from ..disk import DEFAULT_PIXELS, VARIABLE
 from ..foundation import (
     ALPHAS,
     AUTO_METHOD,
+    ENGINES,
     FEATHER,
     MOST_PASSES,
     MOST_TRIALS,
     PLANE_WEIGHTS,
     REACHES,
+    STRENGTHS,
     TIMES,
     WEIGHT,
     WEIGHTS,
@@ -49,6 +51,10 @@ PLANNED = PICTURE_VERBS | {"grow", "paint"}
 
 EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score"}
 DRAWN = PLANNED | {"render", "replay"}
+SETS = frozenset({"maps", "export"})
+"""Verbs that write sets of planes without growing them."""
+
+READ = EVERY | SETS
 METHOD_VERBS = PLANNED | {"weave"}
 
 ABILITIES = {
@@ -145,6 +151,14 @@ class Options:
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
         "render",
     )  # fmt: skip
+    engine: str | None = option(
+        one_of(*ENGINES), "--for", "The engine that reads it. It decides names, the green axis of normals, and what "
+        "is packed.", "export", "required",
+    )  # fmt: skip
+    strength: float = option(
+        Number(low=-STRENGTHS, high=STRENGTHS), "--strength", "How steep the normals are. Below 0 what lay deep "
+        "stands out.", "maps", "tells_default", 1.0,
+    )  # fmt: skip
     origin: tuple[int, int] = option(
         Place(), "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
         "weave", default=(0, 0),
@@ -159,10 +173,14 @@ class Options:
     )  # fmt: skip
 
     out: str | None = option(
-        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading="Output", shown="OUT",
+        WRITTEN, "-o --output", OUT, DRAWN | SETS | {"weave"}, "local", heading="Output", shown="OUT",
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
+            "export": {"required": True, "help": "The folder to write into."},
+            "maps": {
+                "required": True, "help": "A folder, or how names begin. What ends in / is a folder; {stem} is filled.",
+            },
             "weave": "OUT.zarr, OUT.tif, or OUT.png. A .zarr goes on where it was stopped, all else begins anew; a "
                 ".tif is a tiled BigTIFF; a .png, or another picture, must fit into memory. Further planes lie beside "
                 "it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
@@ -198,7 +216,7 @@ class Options:
         recipe="depth",
     )  # fmt: skip
     force: bool = option(
-        FLAG, "--force", "Replace files that exist.", EVERY - {"analyze"}, "local",
+        FLAG, "--force", "Replace files that exist.", READ - {"analyze"}, "local",
         otherwise={"weave": "Replace files that exist; a .zarr is never replaced."},
     )  # fmt: skip
     page: str | None = option(
@@ -289,7 +307,7 @@ class Options:
     )  # fmt: skip
 
     files: tuple[str, ...] = option(
-        PICTURE, "", "", EVERY, "many required local", heading="Exemplar", shown="EXEMPLAR...",
+        PICTURE, "", "", READ, "many required local", heading="Exemplar", shown="EXEMPLAR...",
         otherwise={
             **{verb: {"shown": "IMAGE..."} for verb in PICTURE_VERBS},
             **{
@@ -304,7 +322,7 @@ class Options:
     maps: tuple[tuple[str, str], ...] = option(
         NamedFile(), "--map",
         "A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
-        EVERY - {"score"}, "many local",
+        READ - {"score"}, "many local",
     )  # fmt: skip
     masks: tuple[str, ...] = option(
         IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EVERY, "many",
@@ -324,7 +342,7 @@ class Options:
     several: bool = option(
         FLAG, "--several",
         "Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
-        EVERY - PICTURE_VERBS - {"weave"}, "local",
+        READ - PICTURE_VERBS - {"weave"}, "local",
     )  # fmt: skip
     donors: tuple[str, ...] = option(
         PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
@@ -346,7 +364,7 @@ class Options:
     output: str | None = option(WRITTEN, "", "", "score", "required", shown="OUTPUT")
     packed: str | None = option(
         Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
-        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EVERY - {"score"}, "rare of_exemplars",
+        "packed=FILE), such as R=ao,G=roughness,B=metallic.", READ - {"score"}, "rare of_exemplars",
     )  # fmt: skip
     weights: tuple[tuple[str, float], ...] = option(
         NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5"),
@@ -356,7 +374,7 @@ class Options:
         otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
     )  # fmt: skip
     as_set: bool = option(
-        FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", EVERY,
+        FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", READ,
         "rare local without_effect",
     )  # fmt: skip
     scale: int = option(
@@ -372,12 +390,13 @@ class Options:
         Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare of_exemplars",
     )  # fmt: skip
     toroidal: bool = option(
-        FLAG, "--toroidal", "The exemplar continues across its borders.", EVERY - {"tile"}, "rare of_exemplars",
+        FLAG, "--toroidal", "The exemplar continues across its borders.", READ - {"tile", "export"},
+        "rare of_exemplars",
     )  # fmt: skip
     max_pixels: int | None = option(
         Whole(low=1), "--max-pixels",
         f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-        EVERY, "rare local without_effect",
+        READ, "rare local without_effect",
     )  # fmt: skip
     start: str | None = option(
         WRITTEN, "--start", "The map that was continued.", "replay", "rare", shown="MAP.npz",
@@ -408,14 +427,14 @@ class Options:
         "score", "many without_effect",
     )  # fmt: skip
     as_json: bool = option(
-        FLAG, "--json", "Print the result as a JSON object.", EVERY, "local without_effect",
+        FLAG, "--json", "Print the result as a JSON object.", READ, "local without_effect",
         otherwise={
             "analyze": "Print what was found as a JSON object on stdout.",
             "score": "Print the score as a JSON object on stdout.",
         },
     )  # fmt: skip
     quiet: bool = option(
-        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local without_effect",
+        FLAG, "--quiet -q", "Say nothing but errors.", READ, "local without_effect",
         otherwise={"score": "Print nothing; the exit code tells of the gates."},
     )  # fmt: skip
     sheet: str | None = option(

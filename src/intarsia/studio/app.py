@@ -164,7 +164,12 @@ class Studio:
     async def archive(self, request: Request, result: Row) -> Response:
         path = await self.showing.archive(result)
         called = f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip"
-        return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
+        return _once(path, called)
+
+    async def engine(self, request: Request, engine: str, **row: Row) -> Response:
+        ((kind, of),) = row.items()
+        path = await self.showing.for_engine(kind, of, engine)
+        return _once(path, f"{of.get('name') or Path(of['pictures'][0]).stem}_{engine}.zip")
 
     async def report(self, request: Request, result: Row) -> Response:
         page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
@@ -215,6 +220,8 @@ class Studio:
             ("GET", "/api/results/{result}", 200, lambda _, result: result),
             ("GET", "/api/results/{result}/files/{file}", 200, self.file),
             ("GET", "/api/results/{result}/all.zip", 200, self.archive),
+            ("GET", "/api/results/{result}/for/{engine}.zip", 200, self.engine),
+            ("GET", "/api/exemplars/{exemplar}/for/{engine}.zip", 200, self.engine),
             ("GET", "/api/results/{result}/report.html", 200, self.report),
             ("GET", "/api/results/{result}/view/{kind}.png", 200,
              lambda request, result, kind: showing.result(result, kind, sight_of(request))),
@@ -241,6 +248,11 @@ class Studio:
             return found if isinstance(found, Response) else JSONResponse(found, status)
 
         return handler
+
+
+def _once(path: Path, called: str) -> Response:
+    """Return a file to download, whose folder is removed afterwards."""
+    return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
 
 async def said(request: Request) -> Row:

@@ -27,6 +27,7 @@ DRAFTED = ("grow", "paint")
 
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
+EDITS = ("straighten", "propose")
 HELD = 64 << 20  # bytes of cached pictures
 AGAIN = 0.1  # s between two checks for other work
 LONGEST_WAY = 99  # steps of which an archive tells
@@ -102,14 +103,14 @@ class Showing:
         return told["grow"], data
 
     async def edited(self, row: Row, given: Row) -> Row:
-        """Crop, straighten or flatten an exemplar into a new one. All but `straighten` is as in the command `grow`."""
-        straighten = given.get("straighten", False)
-        if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
-            raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
+        """Crop, straighten or flatten an exemplar, or propose its maps, into a new one; `crop` is as in `grow`."""
+        does = {"straighten": False, "propose": False, **given}
+        if set(does) - {"crop", "flatten", *EDITS} or not all(isinstance(does[name], bool) for name in EDITS):
+            raise ParameterError("give crop (x, y, width, height), straighten, flatten and propose (true or false).")
         asked = from_json("grow", given)
-        if not (asked.crop or asked.flatten or straighten):
-            raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
-        does = {"crop": asked.crop, "flatten": asked.flatten, "straighten": straighten}
+        does |= {"crop": asked.crop, "flatten": asked.flatten}
+        if not any(does.values()):
+            raise ParameterError("nothing is asked for; give crop, straighten, flatten or propose.")
 
         with self.uploads.folder("exemplars") as folder:
             given = {"paths": self.uploads.paths_of(row), "stem": row["name"], "folder": str(folder), **does}
@@ -156,6 +157,22 @@ class Showing:
                 return (folder / REPORT).read_bytes()
 
         return await self.pictures.get(("report", row["id"]), draw)
+
+    async def for_engine(self, kind: str, row: Row, engine: str) -> Path:
+        """Write an archive of an exemplar or a result as `intarsia export` names and packs it; the caller removes it.
+
+        ``told.txt`` says what was turned and packed.
+        """
+        place, folder = self.store.place("results", row["id"]), self.store.begun("results")
+        paths = self.uploads.paths_of(row) if kind == "exemplar" else [str(place / name) for name in row["pictures"]]
+        try:
+            words = ["export", *paths, f"--for={engine}", "--output=made", "--json"]
+            answer, _ = await self.beside.ask("command", within=WITHIN, words=words, folder=str(folder))
+            (folder / "made" / "told.txt").write_text("\n".join([*answer["told"], ""]), encoding="utf-8")
+            return Path(await asyncio.to_thread(shutil.make_archive, str(folder / "all"), "zip", folder / "made"))
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
 
     def _steps(self, row: Row) -> list[Row]:
         """Return the results of which each was made of the one before it, to the one given."""

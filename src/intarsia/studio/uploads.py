@@ -77,16 +77,12 @@ class Uploads:
         return self.store.keep("exemplars", self.store.begun("exemplars"), row)
 
     async def result(self, name: Any) -> Row:
-        """Add a result as an exemplar; normals of DirectX convention keep it, by the names of their files."""
+        """Add a result as an exemplar."""
         row = self.store.get("results", name) if isinstance(name, str) else None
         if row is None:
             raise InputError(f"{said(name)} is not the id of a result.")
         place = self.store.place("results", row["id"])
-        source = self.store.get("exemplars", row["exemplars"][0]) if row["exemplars"] else None
-        down = source is not None and any(plane["normals"] == "dx" for plane in source["planes"])
-        normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
-        called = {name: f"{Path(name).stem.removesuffix('_normal')}_normal_dx{Path(name).suffix}" for name in normals}
-        parts = [(called.get(name, name), (place / name).read_bytes()) for name in row["pictures"]]
+        parts = [(name, (place / name).read_bytes()) for name in row["pictures"]]
         return await self.exemplar(parts, {"from": row["id"]})
 
     async def _looked(self, paths: list[str]) -> Row:

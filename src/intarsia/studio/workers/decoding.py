@@ -103,9 +103,13 @@ def look(said: Json, tell: Tell) -> Answer:
     """Read the files of one exemplar; return its name, size, depth and planes."""
     paths = said["paths"]
     exemplar = exemplar_of(paths)
-    base, planes = exemplar.base, [{"name": n, "normals": p.meta.get("normals")} for n, p in exemplar.planes.items()]
+    base = exemplar.base
+    planes = [
+        {"name": n, "normals": p.meta.get("normals"), "proposed": "proposed" in p.meta}
+        for n, p in exemplar.planes.items()
+    ]
     if exemplar.usable is not None:
-        planes.append({"name": "mask", "normals": None})
+        planes.append({"name": "mask", "normals": None, "proposed": False})
     own = {"name": exemplar.name.rpartition(":")[2] or Path(paths[0]).stem, "width": base.width, "height": base.height}
     depth = 1 if base.pixels.dtype == bool else 8 * base.pixels.dtype.itemsize
     return {**own, "depth": depth, "planes": planes}, b""

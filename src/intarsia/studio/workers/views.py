@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,14 +16,14 @@ from ...analysis.saliency import MEDIAN, saliency_map
 from ...choosing.facts import Facts
 from ...cli import Report
 from ...cli.exemplars import Inputs, cropped, sets_of
-from ...cli.outputs import usual_ending
+from ...cli.outputs import files_of
 from ...cli.verbs import read_argv
 from ...foundation import InputError
 from ...foundation.arrays import Array
 from ...foundation.geometry import Wrap
+from ...materials.maps import proposed
 from ...model import Exemplar
 from ...model.canvas import Canvas
-from ...model.image import Kind, Plane
 from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
 from ...tasks.completion import healed_scene
@@ -70,7 +71,7 @@ def rim(said: Json, tell: Tell) -> Answer:
 
 
 def edit(said: Json, tell: Tell) -> Answer:
-    """Crop, straighten and flatten an exemplar; write it into a folder and return the names of its files."""
+    """Crop, straighten and flatten an exemplar, propose the maps that it lacks; return the names of the new files."""
     exemplar, done = exemplar_of(said["paths"]), []
     if said["crop"] is not None:
         exemplar, done = cropped(exemplar, tuple(said["crop"])), ["cropped"]
@@ -81,15 +82,12 @@ def edit(said: Json, tell: Tell) -> Answer:
         exemplar, done = straight.exemplar, [*done, "straight"]
     if said["flatten"]:
         exemplar, done = flattened(exemplar), [*done, "flat"]
-    planes = dict(exemplar.planes)
-    if exemplar.usable is not None and not exemplar.usable.all():
-        planes["mask"] = Plane(exemplar.usable.astype(np.uint8) * np.uint8(255), Kind.LABEL)
-    stem, names = "_".join([said["stem"], *done]), []
-    for name, plane in planes.items():
-        own = stem if len(planes) == 1 else f"{stem}_{name}"
-        names.append(own + usual_ending("x.png", plane, 1, None))
-        files.write(os.path.join(said["folder"], names[-1]), plane)
-    return {"names": names}, b""
+    if said["propose"]:
+        exemplar = proposed(replace(exemplar, toroidal=files.tiles(said["paths"][0])))
+    made = files_of("_".join([said["stem"], *done]), exemplar)
+    for name, plane in made.items():
+        files.write(os.path.join(said["folder"], name), plane)
+    return {"names": list(made)}, b""
 
 
 @lru_cache(maxsize=4)

@@ -1,7 +1,7 @@
 /**
  * What the server answers.
  *
- * @typedef {{name: string, normals: "dx" | "gl" | null}} Plane
+ * @typedef {{name: string, normals: "dx" | "gl" | null, proposed?: boolean}} Plane
  * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: number, created: number,
  *   from?: string}} Exemplar `from`: the result that it is
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State

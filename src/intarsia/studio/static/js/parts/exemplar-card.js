@@ -7,6 +7,7 @@ import { store } from "../core/store.js";
 import { facts, readable, size } from "../core/words.js";
 import { imageOf } from "../paint/marks.js";
 import { pick } from "./bring.js";
+import { proposing } from "./material.js";
 import { drawSteps } from "./steps.js";
 
 class ExemplarCard extends HTMLElement {
@@ -45,7 +46,8 @@ class ExemplarCard extends HTMLElement {
       el("button", { type: "button", class: "see", title: "See the example", onclick: () => store.look(null) }, picture, this.mark),
       el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
-      planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
+      planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name), plane.proposed && " (proposed)"))),
+      proposing(planes.map((plane) => plane.name)),
       this.steps,
       el(
         "div",

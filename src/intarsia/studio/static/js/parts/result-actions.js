@@ -3,10 +3,11 @@
 import { bytes, fileOf } from "../core/api.js";
 import { button, el } from "../core/dom.js";
 import { icon } from "../core/icons.js";
-import { planesOf } from "../core/store.js";
+import { planesOf, store } from "../core/store.js";
 import { copied, tried } from "../core/toast.js";
 import { weight } from "../core/words.js";
 import { carryOn } from "./bring.js";
+import { forEngine } from "./material.js";
 
 /** What a press on *Continue from this* does, in a sentence. */
 export const ONWARD = "It becomes the picture that is worked with, all its maps";
@@ -27,6 +28,7 @@ export function resultActions(result, plane, onward) {
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
+  more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
     more.hidden = !yes;

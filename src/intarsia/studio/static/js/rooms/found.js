@@ -10,6 +10,7 @@ import { imageOf, keep, restore } from "../paint/marks.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { segments } from "../parts/choice.js";
 import { overlays, reasons } from "../parts/findings.js";
+import { forEngine } from "../parts/material.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Crop } from "../stage/crop.js";
 import { Stage } from "../stage/stage.js";
@@ -114,7 +115,11 @@ export class FoundRoom extends HTMLElement {
 
   #tools() {
     const { mode, crop } = this;
-    if (mode === "look") return fill(this.tools, el("div", { class: "pairs" }, this.#edit("Straighten", { straighten: true }), this.#edit("Flatten light", { flatten: true })));
+    if (mode === "look") {
+      const { id, name, planes } = store.exemplar ?? { id: "", name: "", planes: [] };
+      const edits = el("div", { class: "pairs" }, this.#edit("Straighten", { straighten: true }), this.#edit("Flatten light", { flatten: true }));
+      return fill(this.tools, edits, forEngine(`/api/exemplars/${id}`, name, planes.map((plane) => plane.name)));
+    }
     if (mode === "avoid") return fill(this.tools, el("p", { class: "quiet" }, "Brush over what shall never be used in growing."), toolbar(kit));
     const box = crop.box;
     const says = box ? `${box.width} × ${box.height} px from ${box.x}, ${box.y}` : "Draw a rectangle over the part to keep.";
