@@ -23,7 +23,7 @@ Tell = Callable[..., None]
 WORK = {
     "commands": ("command", "warm", "sketch"),
     "decoding": ("look", "labels", "see", "origins"),
-    "views": ("view", "find", "overlay", "rim", "edit"),
+    "views": ("view", "places", "find", "overlay", "rim", "edit"),
     "endless": ("begin", "tile"),
 }
 """The modules of this package and their requests: functions of the request and of a function that reports progress."""
