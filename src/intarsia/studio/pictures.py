@@ -16,7 +16,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
-from .requests import MAP
+from .requests import MAP, origin_of
 from .store import Row, Store
 from .uploads import Uploads
 
@@ -159,11 +159,7 @@ class Showing:
     def _steps(self, row: Row) -> list[Row]:
         """Return the results of which each was made of the one before it, to the one given."""
         steps = [row]
-        while len(steps) < LONGEST_WAY and steps[0]["exemplars"]:
-            exemplar = self.store.get("exemplars", steps[0]["exemplars"][0])
-            before = None if exemplar is None else self.store.get("results", exemplar.get("from", ""))
-            if before is None:
-                break
+        while len(steps) < LONGEST_WAY and (before := origin_of(self.store, steps[0]["exemplars"])) is not None:
             steps.insert(0, before)
         return steps
 

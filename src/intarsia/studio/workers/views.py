@@ -227,5 +227,5 @@ def _outcome(saved: str, picture: str, *words: str) -> Outcome:
     """Score a result as the command `score` does, once."""
     asked, quiet = read_argv(list(words)), Report(quiet=True)
     exemplars = Inputs(sets_of(asked, quiet), asked, quiet).exemplars
-    smap = SourceMap.load(saved) if os.path.exists(saved) else None
-    return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=smap)
+    smap = SourceMap.load(saved) if asked.saved else None  # that of what was mended has other exemplars
+    return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=smap, wrap=asked.wrap)

@@ -35,10 +35,16 @@ export function methodPicker(settings, allowed) {
       onchange: () => take(settings, method.slug),
       onclick: (/** @type {MouseEvent} */ e) => e.detail > 0 && (box.open = false),
     });
-    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), el("span", {}, ...says(method, settings))));
+    const tags = (plain(method.slug) ?? []).slice(2).map((tag) => el("span", { class: "tag" }, tag));
+    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), ...says(method, settings), tags.length > 0 && el("span", { class: "tags" }, tags)));
   }
   box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
-  box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));
+  const away = (/** @type {Event} */ e) => e.target instanceof Node && !box.contains(e.target) && (box.open = false);
+  box.addEventListener("toggle", () => {
+    for (const event of ["pointerdown", "focusin"]) document[box.open ? "addEventListener" : "removeEventListener"](event, away);
+    if (box.open) void sketches.draw();
+    else sketches.stop();
+  });
   const show = () => {
     const slug = settings.options.method ?? AUTO.slug;
     const method = offered.find((m) => m.slug === slug) ?? AUTO;
