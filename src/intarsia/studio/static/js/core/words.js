@@ -9,6 +9,19 @@ export function readable(name) {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/** @type {[RegExp, string][]} words of commands and papers, and those of the page */
+const PLAIN = [
+  [/Invalid value for '--?([\w-]+)[^']*': /g, "$1: "], [/in the range (\S+?)<=x<=(\S+\d)/g, "from $1 to $2"],
+  [/\b([Ee])xemplar/g, "$1xample"], [/\b(l)attices?\b/g, "grid"], [/\bplane(s?)\b/g, "map$1"], [/\bisometries\b/g, "turned and mirrored pieces"],
+  [/\bisometry\b/g, "turned or mirrored piece"], [/\bperiods\b/g, "tiles"], [/\bperiod\b/g, "tile"],
+];
+
+/** What the server tells, in the words of the page.
+ * @param {string} text */
+export function inPlain(text) {
+  return PLAIN.reduce((now, [from, to]) => now.replace(from, to), text);
+}
+
 /** How long a job took, or has taken.
  * @param {Job} job */
 export function took(job) {

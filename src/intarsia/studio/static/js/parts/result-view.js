@@ -5,7 +5,7 @@ import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { busy, doing, facts, size, state, title, took } from "../core/words.js";
+import { busy, called, doing, facts, size, state, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
 import { awaited, grey, wantedSize } from "./awaited.js";
 import { Compare } from "./compare.js";
@@ -115,7 +115,7 @@ export class ResultView extends HTMLElement {
       this.looks.show({ id: result.id, result: map, judged: map === result.id, planes, at: (each) => lookOf(result.id, each), down });
       this.softness.show(job, result);
       this.#judge(job, result);
-      const method = job.options.method ? "" : result.told?.method;
+      const method = job.options.method ? "" : called(result.told?.method ?? "");
       this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
       return;
     }
@@ -142,7 +142,7 @@ export class ResultView extends HTMLElement {
     }
     if (!still()) return;
     const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
-    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
+    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(called(job.options.method ?? ""), seed, size(...wantedSize(job))), []);
     else this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 

@@ -21,7 +21,7 @@ export class Softness {
   told = el("span", { class: "number", "aria-hidden": "true" });
   element = el(
     "label",
-    { class: "softness small", title: "How far pieces run into each other. It is only drawn again; 0: exact copies", hidden: true },
+    { class: "softness small", title: "How far pieces run into each other; with 0 they are exact copies. Nothing is grown anew", hidden: true },
     el("span", { class: "quiet" }, "Soften seams"), this.range, this.told,
   );
   /** @type {{job: Job, map: string} | null} what is drawn again */

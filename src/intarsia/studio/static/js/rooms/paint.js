@@ -37,7 +37,7 @@ export class PaintRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const pair = el("div", { class: "pair" }, half("Exemplar", this.left), half("Wanted", this.right));
+    const pair = el("div", { class: "pair" }, half("Example", this.left), half("Wanted", this.right));
     const go = button("Grow", () => void this.grow(), { class: "strong big" });
     const { main, buttons } = beside(pair, go, "Paint on", signal);
     fill(this, main, this.panel);
