@@ -19,7 +19,9 @@ const PLAIN = [
 /** What the server tells, in the words of the page.
  * @param {string} text */
 export function inPlain(text) {
-  return PLAIN.reduce((now, [from, to]) => now.replace(from, to), text);
+  const slugs = Object.entries(METHODS).filter(([slug]) => /-|graphcut|ashikhmin/.test(slug));
+  const told = slugs.reduce((now, [slug, [name]]) => now.replaceAll(slug, name), text);
+  return PLAIN.reduce((now, [from, to]) => now.replace(from, to), told);
 }
 
 /** How long a job took, or has taken.

@@ -12,7 +12,7 @@ const POSES = ["none", "180", "90", "both", "auto"];
 /** @type {Record<string, string>} options whose own names say little */
 const NAMES = {
   feather: "Soften seams", mixing: "Mix seams", even_tone: "Even out tone", repair: "Mend seams", toroidal: "Tiles already", alpha: "Opacity",
-  avoid: "Colour to avoid", depth: "Bits", magnify: "Grow small", trials: "Best of", scale: "Reduce", weight: "Follow what is painted",
+  avoid: "Colour to avoid", flatten: "Flatten light", depth: "Bits", magnify: "Grow small", trials: "Best of", scale: "Reduce", weight: "Follow what is painted",
 };
 
 /** Kinds that a picture or an exemplar is given for; they have places of their own. */
@@ -64,7 +64,7 @@ export function refused(place) {
 /** Two sentences at most, without what is said by the field itself, or of commands.
  * @param {string} help */
 function sentence(help) {
-  const said = inPlain(help).split(/(?<=\.) (?=[A-Z])/).filter((each) => !/^(Default|By default)|`|--/.test(each));
+  const said = inPlain(help).split(/(?<=\.) (?=[A-Z`])/).filter((each) => !/^(Default|By default)|`|--/.test(each));
   const text = said.slice(0, 2).join(" ").replace(/^./, (first) => first.toUpperCase());
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }

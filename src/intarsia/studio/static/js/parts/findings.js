@@ -59,7 +59,7 @@ export function reasons(found) {
     suggested && lines(suggested.why ?? []),
     suggested && button(`Grow with ${called(suggested.method)}`, grow, { class: "framed" }),
     el("h3", {}, "Repeating grid"),
-    lines([lattice ? `It repeats every ${fact(found, "lattice")}.` : "No grid is seen that returns in even steps."]),
+    lines([!lattice ? "No grid is seen that returns in even steps." : lattice.periods.length > 1 ? `It repeats every ${fact(found, "lattice")}.` : `Its rows are ${fact(found, "lattice")} apart.`]),
     el("details", { class: "fold" }, el("summary", {}, "How it was measured"), lines(lattice?.reasons ?? [reason])),
     light && el("h3", {}, "Light"),
     light && lines([light.strong ? "It is lit unevenly: flatten it first." : "It is lit evenly enough."]),
