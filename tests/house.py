@@ -182,7 +182,7 @@ BUDGET = {
     "disk": 2_783,
     "files": 13_342,
     "giant": 6_960,
-    "judging": 9_150,
+    "judging": 9_777,
     "kernels": 14_203,
     "lattice": 12_417,
     "methods": 3_815,
@@ -195,7 +195,7 @@ BUDGET = {
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 23_135,
+    "studio": 23_438,
     "tasks": 13_873,
     "testing": 4_852,
 }

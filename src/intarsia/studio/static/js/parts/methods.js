@@ -11,6 +11,13 @@ import { Sketches } from "./sketches.js";
 
 const AUTO = { slug: "auto", summary: "picks what suits this picture" };
 
+/** The list closes when something else is pressed, or focused: it lies over the stage.
+ * @param {Event} event */
+function leave({ target }) {
+  for (const box of document.querySelectorAll(".pick[open]")) if (target instanceof Node && !box.contains(target)) box.removeAttribute("open");
+}
+for (const event of ["pointerdown", "focusin"]) document.addEventListener(event, leave);
+
 /** Take another method; parameters that it does not have are dropped.
  * @param {Settings} settings @param {string} slug */
 export function take(settings, slug) {
@@ -39,12 +46,7 @@ export function methodPicker(settings, allowed) {
     list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), ...says(method, settings), tags.length > 0 && el("span", { class: "tags" }, tags)));
   }
   box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
-  const away = (/** @type {Event} */ e) => e.target instanceof Node && !box.contains(e.target) && (box.open = false);
-  box.addEventListener("toggle", () => {
-    for (const event of ["pointerdown", "focusin"]) document[box.open ? "addEventListener" : "removeEventListener"](event, away);
-    if (box.open) void sketches.draw();
-    else sketches.stop();
-  });
+  box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));
   const show = () => {
     const slug = settings.options.method ?? AUTO.slug;
     const method = offered.find((m) => m.slug === slug) ?? AUTO;
