@@ -114,7 +114,7 @@ WORDS = {
 @pytest.mark.parametrize("words", WORDS)
 def test_a_score_is_told_in_words(look: Desk, words: str) -> None:
     total, losses = WORDS[words]
-    parts = {name: {"worth": 0.0, "measured": 1, "unit": "%", "loss": loss, "weight": 0.1} for name, loss in losses.items()}
+    parts = {name: {"worth": 0.0, "loss": loss, "weight": 0.1} for name, loss in losses.items()}
     row = look.served.get(f"/api/results/{look.result}") | {"score": {"total": total, "verdict": "", "parts": parts}}
     look.page.route(f"**/api/results/{look.result}", lambda route: route.fulfill(json=row))
     look.page.reload()
