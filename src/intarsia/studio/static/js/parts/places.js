@@ -41,7 +41,7 @@ export class Places {
     this.repair.disabled = true;
     const numbers = (marked?.spots ?? []).map((_, n) => button(String(n + 1), () => this.#go(n), { "aria-label": `Place ${n + 1}`, "aria-pressed": "false" }));
     const away = button("Hide the marks", () => this.show(null), { icon: icon("close"), bare: true });
-    fill(this.bar, el("span", { role: "status" }, says), el("span", { class: "segments" }, numbers), this.repair, away);
+    fill(this.bar, el("span", { role: "status", title: says }, says), el("span", { class: "segments" }, numbers), this.repair, away);
     numbers[0]?.focus({ preventScroll: true });
   }
 
