@@ -182,7 +182,7 @@ BUDGET = {
     "disk": 2_783,
     "files": 13_512,
     "giant": 6_960,
-    "judging": 9_150,
+    "judging": 9_777,
     "kernels": 14_203,
     "lattice": 12_417,
     "materials": 2_701,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from judging.naive_windows import blobs
 
 import intarsia as ia
 from intarsia.judging import Judged, judge, local_join_costs
+from intarsia.judging.places import MOST, places
 from intarsia.model import Exemplar
 
 STONES = (blobs(128, 128, 1) // 4).astype(np.uint8)
@@ -45,3 +47,25 @@ def test_nothing_is_told_of_what_is_too_small() -> None:
     found = judged(tiny, output=STONES)
     assert local_join_costs(found, SIZE).max() == 0
     assert ia.score(tiny, STONES).total == found.score.total
+
+
+def test_squares_are_where_the_worst_joins_are() -> None:
+    halves = np.concatenate([STONES[:, :64], STONES[:, 16:80]], axis=1)
+    found = places(judged(STONES, output=halves))["joins"]
+    assert 1 <= len(found) <= MOST
+    assert all(x < 64 < x + side and 0 <= y < 128 for x, y, side in found)
+    assert not places(judged(STONES, output=STONES))["joins"]
+
+
+@pytest.mark.parametrize("times", [1, 5])
+def test_squares_are_wherever_the_place_is_that_is_shown_too_often(times: int) -> None:
+    output, spots = STONES.copy(), [(0, 0), (0, 80), (80, 0), (80, 80)]  # as it is, but for what is copied
+    for y, x in spots:
+        output[y : y + 48, x : x + 48] = STONES[40:88, 40:88]
+    large, shows = (a.repeat(times, 0).repeat(times, 1) for a in (STONES, output))
+    found = judged(large, output=shows)
+    for part in ("overused", "repeats"):
+        shown = [(x / times, y / times) for x, y, _ in places(found)[part]]
+        far = [min(abs(x - u) + abs(y - v) for v, u in spots) for x, y in shown]
+        assert len(shown) >= 4, part
+        assert np.mean([one < 32 for one in far]) >= 0.75, (part, shown)

@@ -9,7 +9,7 @@ import numpy as np
 from judging.naive_parts import shown_again as plain
 from judging.naive_windows import blobs
 
-from intarsia.judging.parts import _again, recurring_windows
+from intarsia.judging.parts import recurring_windows, seen_again
 from intarsia.judging.sources import Reference, Sources
 
 
@@ -41,7 +41,7 @@ def test_a_chunk_that_returns_counts_and_its_pieces_do_not() -> None:
     mixed = [squares[o].reshape(4, 4, 16, 16, 3).swapaxes(1, 2).reshape(64, 64, 3) for o in orders]
     whole = np.tile(chunk, (2, 2, 1))
     dealt = np.vstack([np.hstack(mixed[:2]), np.hstack(mixed[2:])])
-    found = [_again(Sources.of(reference.levels[0], p), [128]) for p in (exemplar, whole, dealt)]
+    found = [100 * seen_again(reference, Sources.of(reference.levels[0], p)).mean() for p in (exemplar, whole, dealt)]
     assert found[0] == 0
     assert found[1] > 80
     assert found[2] < found[1] / 4

@@ -69,17 +69,21 @@ def states(page: Desk) -> Iterator[str]:
             page.radio(mode).click()
             yield f"{room}, {mode}"
     page.room("Grow")
-    page.page.locator(".pick-head").click()
     for fold in page.page.locator(".fold > summary").all():
         fold.click()
+    page.page.locator(".pick-head").click()
     yield "Grow, all unfolded"
     page.page.locator(".pick-head").click()
     page.page.locator(".strip .thumb").last.click()
     page.page.get_by_role("link", name="Download", exact=True).wait_for()
-    score = page.page.get_by_role("button", name=re.compile("^Score"))
-    score.click(timeout=60_000)
+    page.page.get_by_role("button", name=re.compile("score")).click(timeout=60_000)
+    shows = page.page.get_by_role("button", name=re.compile("^Show: "))
+    shows.first.wait_for()
     yield "A result with its score"
-    page.page.keyboard.press("Escape")
+    shows.first.click()
+    page.button("Place 1").click()
+    yield "Marked places"
+    page.button("Hide the marks").click()
     page.button("More to take").click()
     yield "A result with its files"
     page.page.keyboard.press("Escape")

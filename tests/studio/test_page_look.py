@@ -92,13 +92,80 @@ def test_the_pointer_shows_where_a_pixel_came_from(look: Desk) -> None:
 
 
 def test_the_score_tells_its_parts(look: Desk) -> None:
-    look.page.get_by_role("button", name="Score").click(timeout=60_000)
+    look.page.get_by_role("button", name="score").click(timeout=60_000)
     score = look.served.get(f"/api/results/{look.result}")["score"]
-    parts = look.page.get_by_role("group", name="Parts of the score")
-    expect(parts.locator("dt")).to_have_count(sum(part["weight"] > 0 for part in score["parts"].values()))
-    expect(look.page.get_by_role("button", name=f"Score {score['total']:.0f} · {score['verdict']}")).to_be_visible()
+    parts = look.page.get_by_role("group", name="What takes most away")
+    losses = sorted((part["loss"] for part in score["parts"].values() if part["loss"] >= 0.5), reverse=True)
+    expect(parts.locator("li .number")).to_have_text([f"−{round(loss)}" for loss in losses])
+    expect(look.page.get_by_role("button", name=f"score {score['total']:.0f}")).to_be_visible()
     look.page.keyboard.press("Escape")
     expect(parts).to_be_hidden()
+
+
+WORDS = {
+    "Clean": (94, {"joins": 6}),
+    "Some seams": (72, {"joins": 20, "repeats": 8}),
+    "Clear repeats": (50, {"joins": 20, "repeats": 30}),
+    "Strong blur": (12, {"blurred": 50, "joins": 38}),
+    "Another texture": (3, {"texture": 97}),
+}
+
+
+@pytest.mark.parametrize("words", WORDS)
+def test_a_score_is_told_in_words(look: Desk, words: str) -> None:
+    total, losses = WORDS[words]
+    parts = {name: {"worth": 0.0, "loss": loss, "weight": 0.1} for name, loss in losses.items()}
+    row = look.served.get(f"/api/results/{look.result}") | {"score": {"total": total, "verdict": "", "parts": parts}}
+    look.page.route(f"**/api/results/{look.result}", lambda route: route.fulfill(json=row))
+    look.page.reload()
+    expect(look.page.get_by_role("button", name=f"{words}, score {total}", exact=True)).to_be_visible(timeout=60_000)
+
+
+def test_places_are_marked_gone_to_and_repaired(page: Desk) -> None:
+    page.sample("stones")
+    page.quick()
+    page.page.get_by_role("spinbutton", name="Width in px").fill("128")
+    page.page.get_by_role("spinbutton", name="Height in px").fill("112")
+    page.button("Grow").click()
+    result = page.grown()
+    page.page.get_by_role("button", name="score").click(timeout=60_000)
+    page.page.get_by_role("button", name="Show: Seams show").click(timeout=60_000)
+    places = page.served.get(f"/api/results/{result}/places")["joins"]
+    bar = page.page.get_by_role("group", name="Marked places")
+    expect(bar).to_contain_text(re.compile(f"in {len(places)} place"))
+    expect(bar.locator(".segments button")).to_have_count(len(places))
+    expect(page.button("Repair here")).to_be_disabled()
+    x, y, side = places[0]
+    how = page.told()
+    left, top = round(how["x"] + x * how["scale"]), round(how["y"] + y * how["scale"])
+    marked = page.seen()
+    assert (marked[top + 5 : top + 15, left + 4 : left + 6] == (0, 0, 0, 255)).all()  # the ground of its number
+    page.page.mouse.click(*page.at(x + side / 2, y + side / 2))
+    expect(page.button("Place 1")).to_have_attribute("aria-pressed", "true")
+    seen, size = page.told(), page.seen().shape
+    assert seen["scale"] == pytest.approx(min(size[:2]) / (4 * side), rel=1e-3)
+    assert seen["x"] + (x + side / 2) * seen["scale"] == pytest.approx(size[1] / 2, abs=1)
+    assert seen["y"] + (y + side / 2) * seen["scale"] == pytest.approx(size[0] / 2, abs=1)
+    page.button("Repair here").click()
+    hole = page.sent("mask", 2) > 0
+    expect(page.page.get_by_role("heading", name="Healed")).to_be_visible(timeout=60_000)
+    page.page.get_by_role("link", name="Download", exact=True).wait_for(timeout=60_000)
+    mended = page.grown()
+    assert mended != result
+    first, last = page.jobs
+    assert (last["verb"], last["options"]["from"]) == ("heal", first["exemplars"])
+    assert hole[round(y + side / 2), round(x + side / 2)]
+    before, after = (whole(page.served, name) for name in (result, mended))
+    assert np.array_equal(before[~hole], after[~hole])
+    steps = page.page.get_by_role("navigation", name="Steps").get_by_role("button")
+    expect(steps).to_have_text(["stones", "Square pieces, seed 0", "Healed, seed 0"])
+    expect(bar).to_be_hidden()
+
+
+def whole(served: Served, result: str) -> np.ndarray:
+    """The picture of a result."""
+    row = served.get(f"/api/results/{result}")
+    return opened(served.files(row)[row["pictures"][0]])
 
 
 @pytest.fixture
@@ -189,7 +256,7 @@ def test_an_exemplar_has_no_softness(page: Desk) -> None:
 
 def test_the_report_is_taken(look: Desk) -> None:
     look.button("More to take").click()  # it stays open when the score comes
-    look.page.get_by_role("button", name="Score").wait_for(timeout=60_000)
+    look.page.get_by_role("button", name="score").wait_for(timeout=60_000)
     with look.page.expect_download(timeout=60_000) as got:
         look.button("Report").click()
     assert got.value.suggested_filename == "tiles_grown_image-quilting_report.html"

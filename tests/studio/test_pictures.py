@@ -123,6 +123,24 @@ class TestResults:
         assert str(served.folder) not in page
         assert nothing_is_left(served)
 
+    def test_places_lie_in_the_picture(self, served: Served, result: Any) -> None:
+        places = served.get(f"/api/results/{result['id']}/places")
+        assert set(places) == {"joins", "overused", "salient", "repeats"}
+        assert all(0 <= x < 48 and 0 <= y < 40 and side == 48 for name in places for x, y, side in places[name])
+
+    def test_what_was_mended_is_scored_against_the_first_exemplar(self, served: Served, small: str) -> None:
+        made = served.done("grow", [small], **QUICK)
+        onward = served.post("/api/exemplars", {"result": made["id"]}, 201)["id"]
+        hole = np.zeros((40, 48), np.uint8)
+        hole[10:20, 10:20] = 255
+        mended = served.done("heal", [onward], mask=[served.image(hole)], method="image-quilting", patch="8")
+        assert [word for word in mended["score_words"] if "exemplars" in word] == [
+            word for word in made["score_words"] if "exemplars" in word
+        ]
+        assert not [word for word in mended["score_words"] if word.startswith("--map")]
+        assert mended["pictures"][0] in mended["score_words"]
+        assert served.client.get(f"/api/results/{mended['id']}/places").status_code == 200
+
     def test_what_is_not_judged_has_no_report(self, served: Served, small: str, result: Any) -> None:
         made = served.done("render", [small], map=result["id"], feather=2)
         answer = served.client.get(f"/api/results/{made['id']}/report.html")

@@ -119,6 +119,22 @@ def test_nobody_waits_for_a_sketch_that_is_not_wanted(served: Served) -> None:
     assert time.time() - begun < 20
 
 
+def test_a_method_is_chosen_by_keys_and_the_list_closes_when_it_is_left(page: Desk) -> None:
+    page.sample("tiles")
+    page.page.locator(".pick-head").focus()
+    page.page.keyboard.press("Enter")
+    methods = page.page.get_by_role("radiogroup", name="Method")
+    methods.get_by_role("radio").first.focus()
+    page.page.keyboard.press("ArrowDown")
+    expect(methods.get_by_role("radio").nth(1)).to_be_checked()
+    expect(page.page.locator(".pick-head")).to_contain_text("Square pieces")
+    page.page.get_by_label("Seed", exact=True).focus()
+    expect(methods).to_be_hidden()
+    page.page.locator(".pick-head").click()
+    page.page.mouse.click(8, 400)
+    expect(methods).to_be_hidden()
+
+
 def test_methods_show_what_they_make_of_this_exemplar(page: Desk) -> None:
     page.sample("tiles")
     assert page.page.locator(".sketch img").count() == 0
@@ -126,6 +142,12 @@ def test_methods_show_what_they_make_of_this_exemplar(page: Desk) -> None:
     first = page.page.locator(".method", has_text="auto").first.locator(".sketch img")
     expect(first).to_be_visible(timeout=60_000)
     assert first.evaluate("i => i.naturalWidth") == 192
+    box = first.bounding_box()
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 112
+    page.page.locator(".method", has_text="auto").first.hover()
+    page.until(lambda: (first.bounding_box() or box)["width"] == pytest.approx(2 * box["width"]))
+    expect(page.page.locator(".method", has_text="near-regular").locator(".tag")).to_have_text(["keeps rows", "quick"])
     page.page.locator(".pick-head").click()
     expect(first).to_be_hidden()
     asked: list[str] = []

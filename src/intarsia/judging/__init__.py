@@ -131,6 +131,7 @@ class Judged:
     """A score, and the judged parts of the output, which is reduced `factor` times, as its exemplars are."""
 
     score: Score
+    reference: Reference
     looks: tuple[JudgedPart, ...]
     factor: int
 
@@ -209,7 +210,7 @@ def _judged(known: ReferenceScales, output: Int16, wrap: Wrap) -> Judged:
         bad = worst[part.name] if part.bad is None else part.bad
         seen = sum(one[part.name] for one in told_by) / len(told_by)
         parts[part.name] = PartScore(part, seen, part.good, max(bad, part.good + part.least))
-    return Judged(Score(parts, reference.grain), tuple(looks), factor)
+    return Judged(Score(parts, reference.grain), reference, tuple(looks), factor)
 
 
 def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:

@@ -94,14 +94,13 @@ def measured(
     `sources`: those of its windows, by size, the smallest first. Joins and use are measured on the first two sizes.
     """
     every, sources = sources, sources[:2]
-    sides = [min(p.shape[:2]) for p in reference.pictures]
     how: dict[str, Callable[[], float]] = {
         "joins": lambda: _mean([100 / 1024 * float(s.join_costs.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
         "salient": lambda: _mean([_salient(reference, s) for s in sources[1:2]], 1.0),
         "blurred": lambda: _blurred(reference, picture),
-        "repeats": lambda: _mean([_again(s, sides) for s in sources[:1]]),
+        "repeats": lambda: _mean([100 * float(seen_again(reference, s).mean()) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
         TEXTURE.name: lambda: texture_distance(every, TEXTURE.good),
     }
@@ -144,12 +143,10 @@ def _salient(reference: Reference, sources: Sources) -> float:
     return float((weight * often).sum() / weight.sum() / mean) if weight.any() else 1.0
 
 
-def _again(sources: Sources, sides: Sequence[int]) -> float:
-    """Return the share of windows that recur with their surroundings within 3/4 of the shorter side, in percent.
-
-    `sides`: the shorter sides of the exemplars, px.
-    """
-    return 100 * float(recurring_windows(sources, min(REACH, max(sides) * 3 // 4 // STEP)).mean())
+def seen_again(reference: Reference, sources: Sources) -> Mask:
+    """Return a mask of the windows that recur with their surroundings within 3/4 of the exemplars' shorter side."""
+    shorter = max(min(p.shape[:2]) for p in reference.pictures)
+    return recurring_windows(sources, min(REACH, shorter * 3 // 4 // STEP))
 
 
 def recurring_windows(sources: Sources, reach: int) -> Mask:

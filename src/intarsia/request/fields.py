@@ -212,7 +212,7 @@ class Options:
         },
     )  # fmt: skip
     depth: str | None = option(
-        one_of("8", "16", "half", "float"), "--depth", "Bits; by default exactly those of the exemplar.", DRAWN,
+        one_of("8", "16", "half", "float"), "--depth", "Bits of a channel; by default those of the exemplar.", DRAWN,
         recipe="depth",
     )  # fmt: skip
     force: bool = option(
@@ -261,7 +261,7 @@ class Options:
     )  # fmt: skip
     trials: int | None = option(
         Whole(low=1, high=MOST_TRIALS), "--trials",
-        "Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
+        "Make N variants and keep the one with the best score. With --method auto only. Default: 1.",
         "grow extend", "without_effect",
     )  # fmt: skip
     seed: int | None = option(
@@ -275,7 +275,7 @@ class Options:
     )  # fmt: skip
     repair: int = option(
         Whole(high=MOST_PASSES), "--repair",
-        "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
+        "Look for the worst seams N times and cover them anew where that helps. 4 is much. "
         "Default: 0.", PLANNED, "rare", 0, recipe="repair",
     )  # fmt: skip
     explain: bool = option(
@@ -285,14 +285,14 @@ class Options:
     )  # fmt: skip
     mixing: str | None = option(
         one_of("mean", "source"), "--mixing",
-        "How pieces mix within the feather: in linear light, or as stored.",
+        "How pieces mix where seams are soft: mean in linear light, source as stored.",
         "grow extend paint weave render", "rare", recipe="blend.mixing",
         otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
     even_tone: int | None = option(
         Whole(high=FEATHER), "--even-tone",
-        "Even out steps of light and colour at seams. So far to either side; 0 leaves them. By default 96 where the "
-        "method is chosen, 0 where it is named.",
+        "Even out steps of light and colour at seams, so many px to either side. 0 leaves them. By default 96 where "
+        "the method is chosen, 0 where it is named.",
         "grow paint weave render", "rare", shown="PX",
         otherwise={
             "render": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
@@ -336,7 +336,7 @@ class Options:
         Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, "of_exemplars",
     )  # fmt: skip
     flatten: bool = option(
-        FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
+        FLAG, "--flatten", "Even out uneven light in the exemplar first, a slope or a vignette. `intarsia "
         "analyze` tells where it helps.", EVERY - {"extend", "heal"}, "of_exemplars",
     )  # fmt: skip
     several: bool = option(
@@ -390,7 +390,7 @@ class Options:
         Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare of_exemplars",
     )  # fmt: skip
     toroidal: bool = option(
-        FLAG, "--toroidal", "The exemplar continues across its borders.", READ - {"tile", "export"},
+        FLAG, "--toroidal", "The exemplar tiles: it continues across its borders.", READ - {"tile", "export"},
         "rare of_exemplars",
     )  # fmt: skip
     max_pixels: int | None = option(

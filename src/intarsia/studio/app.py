@@ -223,6 +223,7 @@ class Studio:
             ("GET", "/api/results/{result}/for/{engine}.zip", 200, self.engine),
             ("GET", "/api/exemplars/{exemplar}/for/{engine}.zip", 200, self.engine),
             ("GET", "/api/results/{result}/report.html", 200, self.report),
+            ("GET", "/api/results/{result}/places", 200, lambda _, result: showing.places(result)),
             ("GET", "/api/results/{result}/view/{kind}.png", 200,
              lambda request, result, kind: showing.result(result, kind, sight_of(request))),
             ("GET", "/api/results/{result}/map.bin", 200, self.origins),

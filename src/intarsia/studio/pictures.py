@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import shutil
 import zipfile
 from collections import OrderedDict
@@ -16,7 +17,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
-from .requests import MAP, words_of
+from .requests import MAP, origin_of, words_of
 from .store import Row, Store
 from .uploads import Uploads
 
@@ -130,11 +131,21 @@ class Showing:
             raise InputError(f"this result has no view {said(kind)}.")
         given: Row = {"map": str(place / MAP), "kind": kind, **sight}
         if kind == "seams":
-            if row["score_words"] is None:
-                raise InputError("this result cannot be judged.")
-            words = [w.replace("../../exemplars/", f"{self.store.folder / 'exemplars'}/") for w in row["score_words"]]
-            given |= {"words": words, "picture": str(place / row["pictures"][0])}
+            given |= self._judged(row)
         return await self._drawn(self.beside, "view", **given)
+
+    def _judged(self, row: Row) -> Row:
+        """Return what the process that draws scores a result with; InputError if it cannot be judged."""
+        if row["score_words"] is None:
+            raise InputError("this result cannot be judged.")
+        place = self.store.place("results", row["id"])
+        words = [w.replace("../../exemplars/", f"{self.store.folder / 'exemplars'}/") for w in row["score_words"]]
+        return {"map": str(place / MAP), "words": words, "picture": str(place / row["pictures"][0])}
+
+    async def places(self, row: Row) -> Row:
+        """Return where a result loses its score, by part: squares, each as x, y and side."""
+        found: Row = json.loads(await self._drawn(self.beside, "places", **self._judged(row)))
+        return found
 
     async def origins(self, row: Row, box: list[int]) -> tuple[int, int, bytes]:
         """Return width and height of a map, and where each pixel of a box comes from."""
@@ -146,8 +157,7 @@ class Showing:
 
     async def report(self, row: Row) -> bytes:
         """Return the page that `score --report` writes for a result."""
-        if row["score_words"] is None:
-            raise InputError("this result cannot be judged.")
+        self._judged(row)
 
         async def draw() -> bytes:
             place = self.store.place("results", row["id"])
@@ -177,11 +187,7 @@ class Showing:
     def _steps(self, row: Row) -> list[Row]:
         """Return the results of which each was made of the one before it, to the one given."""
         steps = [row]
-        while len(steps) < LONGEST_WAY and steps[0]["exemplars"]:
-            exemplar = self.store.get("exemplars", steps[0]["exemplars"][0])
-            before = None if exemplar is None else self.store.get("results", exemplar.get("from", ""))
-            if before is None:
-                break
+        while len(steps) < LONGEST_WAY and (before := origin_of(self.store, steps[0]["exemplars"])) is not None:
             steps.insert(0, before)
         return steps
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ..cli.verbs import entries
+from ..cli.verbs import entries, read_argv
 from ..disk import DEFAULT_PIXELS
 from ..foundation import SAMPLES, InputError, ParameterError, said
 from ..foundation.params import OVER
 from ..request import Request, fields_of_verb, from_json, parameters_of_verb, text_of, to_argv, to_line
 from ..request.field import Field
+from ..request.fields import PICTURE_VERBS
 from ..request.python import to_python
 from .store import ID, Row, Store
 
@@ -185,9 +186,22 @@ def usual(job: Row, store: Store) -> str:
     return "map" if row is None else str(row["name"])
 
 
-def score_words(words: Words, picture: str) -> list[str]:
-    """Return the words that score the picture of a result in its folder."""
-    asked = words.request
+def origin_of(store: Store, exemplars: Sequence[str]) -> Row | None:
+    """Return the result that the first of some exemplars is, if it is one."""
+    row = store.get("exemplars", exemplars[0]) if exemplars else None
+    return None if row is None else store.get("results", row.get("from", ""))
+
+
+def score_words(words: Words, picture: str, job: Row) -> list[str]:
+    """Return the words that score the picture of a result in its folder.
+
+    What was mended of a result is scored against the exemplars of that result.
+    """
+    asked, before = words.request, origin_of(words.store, job["exemplars"])
+    if job["verb"] in PICTURE_VERBS and before is not None and before["score_words"]:
+        wrap = asked.axes if job["verb"] == "tile" else asked.wrap
+        told = read_argv(before["score_words"])
+        return to_argv(replace(told, output=picture, saved=None, wrap=wrap), joined=True)
     shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.of_exemplars}
     saved = None if asked.save_map is None else MAP
     scored = Request("score", files=asked.files, output=picture, saved=saved, as_json=True, **shared)
@@ -224,5 +238,5 @@ def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Pa
         "command": to_line(asked, joined=True), "python": to_python(asked, clean), "made": time.time(), "score": None,
         "label": job["label"], "began": job["began"],
         "inputs": {own: path for path, own in words.called.items()},
-        "score_words": score_words(words, pictures[0]) if judged else None,
+        "score_words": score_words(words, pictures[0], job) if judged else None,
     }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import replace
 from functools import lru_cache
@@ -21,6 +22,7 @@ from ...cli.verbs import read_argv
 from ...foundation import InputError
 from ...foundation.arrays import Array
 from ...foundation.geometry import Wrap
+from ...judging import places as judged
 from ...materials.maps import proposed
 from ...model import Exemplar
 from ...model.canvas import Canvas
@@ -197,9 +199,16 @@ def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
     return out
 
 
+def places(said: Json, tell: Tell) -> Answer:
+    """Return where a result loses its score, by part, as JSON."""
+    found = _outcome(said["map"], said["picture"], *said["words"])
+    return {}, json.dumps(judged.places(found.judged)).encode()
+
+
 @lru_cache(maxsize=1)
 def _outcome(saved: str, picture: str, *words: str) -> Outcome:
     """Score a result as the command `score` does, once."""
     asked, quiet = read_argv(list(words)), Report(quiet=True)
     exemplars = Inputs(sets_of(asked, quiet), asked, quiet).exemplars
-    return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=SourceMap.load(saved))
+    smap = SourceMap.load(saved) if asked.saved else None  # that of what was mended has other exemplars
+    return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=smap, wrap=asked.wrap)

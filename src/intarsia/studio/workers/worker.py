@@ -24,7 +24,7 @@ WORK = {
     "commands": ("command", "warm", "sketch"),
     "decoding": ("look", "labels", "see", "origins"),
     "drafts": ("draft",),
-    "views": ("view", "find", "overlay", "rim", "edit"),
+    "views": ("view", "places", "find", "overlay", "rim", "edit"),
     "labels": ("propose",),
     "endless": ("begin", "tile"),
 }

@@ -2,6 +2,7 @@
 
 import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
 import { kept } from "./kept.js";
+import { busy } from "./words.js";
 
 /** @typedef {import("./types.js").Exemplar} Exemplar */
 /** @typedef {import("./types.js").Job} Job */
@@ -142,6 +143,15 @@ class Store extends EventTarget {
     const now = await post(`/api/jobs/${job.id}/${what}`);
     this.note(now);
     return now;
+  }
+
+  /** A job once it has ended; undefined where it was taken away.
+   * @param {string} id @returns {Promise<Job | undefined>} */
+  ended(id) {
+    return new Promise((done) => {
+      const heard = new AbortController();
+      this.on(["jobs"], () => busy(this.jobs.get(id)) || [heard.abort(), done(this.jobs.get(id))], heard.signal);
+    });
   }
 
   /** Take a job and what it made away, or an exemplar; for a while it can be brought back.

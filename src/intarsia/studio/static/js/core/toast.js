@@ -2,6 +2,7 @@
 
 import { button, el } from "./dom.js";
 import { icon } from "./icons.js";
+import { inPlain } from "./words.js";
 
 export const OFFERED = 10_000; // ms
 
@@ -33,7 +34,7 @@ export function say(line) {
 
 /** @param {unknown} error */
 export function complain(error) {
-  show(error instanceof Error ? error.message : String(error), true);
+  show(inPlain(error instanceof Error ? error.message : String(error)), true);
 }
 
 /**

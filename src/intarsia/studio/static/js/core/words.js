@@ -9,6 +9,21 @@ export function readable(name) {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/** @type {[RegExp, string][]} words of commands and papers, and those of the page */
+const PLAIN = [
+  [/Invalid value for '--?([\w-]+)[^']*': /g, "$1: "], [/in the range (\S+?)<=x<=(\S+\d)/g, "from $1 to $2"],
+  [/\b([Ee])xemplar/g, "$1xample"], [/\b(l)attices?\b/g, "grid"], [/\bplane(s?)\b/g, "map$1"], [/\bisometries\b/g, "turned and mirrored pieces"],
+  [/\bisometry\b/g, "turned or mirrored piece"], [/\bperiods\b/g, "tiles"], [/\bperiod\b/g, "tile"],
+];
+
+/** What the server tells, in the words of the page.
+ * @param {string} text */
+export function inPlain(text) {
+  const slugs = Object.entries(METHODS).filter(([slug]) => /-|graphcut|ashikhmin/.test(slug));
+  const told = slugs.reduce((now, [slug, [name]]) => now.replaceAll(slug, name), text);
+  return PLAIN.reduce((now, [from, to]) => now.replace(from, to), told);
+}
+
 /** How long a job took, or has taken.
  * @param {Job} job */
 export function took(job) {
@@ -34,24 +49,24 @@ export function facts(...told) {
   return told.filter(Boolean).join(" · ");
 }
 
-/** @type {Record<string, [string, string]>} methods as one who knows no paper would call them, and what they are for */
+/** @type {Record<string, [string, string, ...string[]]>} methods as one who knows no paper would call them, what they are for, and tags */
 const METHODS = {
   auto: ["Automatic", "picks what suits this picture"],
   graphcut: ["Free shapes", "best for most pictures; pieces are cut around what is seen"],
-  "image-quilting": ["Square pieces", "quick; also for what is painted or goes on"],
-  "patch-sampling": ["Soft squares", "squares whose borders fade into each other"],
+  "image-quilting": ["Square pieces", "also for what is painted or goes on", "quick"],
+  "patch-sampling": ["Soft squares", "squares whose borders fade into each other", "quick"],
   "segment-based": ["Pieces by parts", "as large as the parts of the picture that lie there"],
-  "near-regular": ["Bricks and tiles", "keeps rows, courses and grids"],
-  "gap-filling": ["Grid with gaps", "blocks of a grid, what lies between is filled"],
-  "best-tile": ["One tile", "the best period of a pattern, again and again"],
-  "random-tiling": ["Random squares", "without any matching, to compare with"],
-  repeat: ["Repeat", "the whole picture, again and again"],
-  "parallel-controllable": ["Endless", "quick; pixel by pixel, without end, sand rather than stones"],
-  "raster-quilting": ["Squares by rows", "quilting as it was first published"],
-  "efros-leung": ["Pixel by pixel", "takes minutes; fine grain"],
-  "wei-levoy": ["Best pixels", "slow; smooth textures"],
-  ashikhmin: ["Neighbours go on", "slow; leaves, flowers, pebbles"],
-  "correction-2008": ["Endless, of 2008", "an older form of endless"],
+  "near-regular": ["Bricks and tiles", "for walls, floors and weaves", "keeps rows", "quick"],
+  "gap-filling": ["Grid with gaps", "blocks of a grid, what lies between is filled", "keeps rows"],
+  "best-tile": ["One tile", "the best tile of a pattern, again and again", "keeps rows", "quick"],
+  "random-tiling": ["Random squares", "without any matching, to compare with", "quick"],
+  repeat: ["Repeat", "the whole picture, again and again", "endless", "quick"],
+  "parallel-controllable": ["Endless", "pixel by pixel, for sand rather than stones", "endless", "quick"],
+  "raster-quilting": ["Squares by rows", "quilting as it was first published", "quick"],
+  "efros-leung": ["Pixel by pixel", "fine grain", "takes minutes"],
+  "wei-levoy": ["Best pixels", "smooth textures", "slow"],
+  ashikhmin: ["Neighbours go on", "leaves, flowers, pebbles", "slow"],
+  "correction-2008": ["Endless, of 2008", "an older form of endless", "endless"],
 };
 
 /** @param {string} method */
@@ -64,13 +79,19 @@ export function called(method) {
   return METHODS[method]?.[0] ?? method;
 }
 
+/** A score in words: how much is wrong, and what mostly, where that is known.
+ * @param {number} total @param {string} [flaw] */
+export function judged(total, flaw = "flaws") {
+  return total >= 90 ? "Clean" : `${total >= 65 ? "Some" : total >= 40 ? "Clear" : "Strong"} ${flaw}`;
+}
+
 /** A job in a few words: its method and seed, or how soft it was drawn.
  * @param {Job} job */
 export function title(job) {
   const { method, seed, feather } = job.options;
   if (job.verb === "render") return feather ? `Seams ${feather} px soft` : feather === 0 ? "Exact copies" : "Drawn again";
   const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed", tile: "Tiled", weave: "Woven" });
-  const first = method && method !== "auto" ? called(method) : (verbs[job.verb] ?? readable(job.verb));
+  const first = method && method !== "auto" && job.verb === "grow" ? called(method) : (verbs[job.verb] ?? readable(job.verb));
   return `${first}, seed ${seed ?? 0}`;
 }
 

@@ -2,7 +2,7 @@
 
 import { el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
-import { busy, state, title } from "../core/words.js";
+import { busy, inPlain, state, title } from "../core/words.js";
 import { bar } from "./progress.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
@@ -47,7 +47,7 @@ export class Cell {
     this.element.setAttribute("aria-label", [title(job), state(job), job.error].filter(Boolean).join(", "));
     this.element.title = title(job);
     if (job.state === "done") fill(this.over);
-    else fill(this.over, busy(job) ? bar(job) : el("span", { class: "ended small" }, this.side > 400 ? (job.error ?? state(job)) : state(job)));
+    else fill(this.over, busy(job) ? bar(job) : el("span", { class: "ended small" }, this.side > 400 ? inPlain(job.error ?? state(job)) : state(job)));
   }
 }
 

@@ -2,12 +2,18 @@
 
 import { el, follow } from "../core/dom.js";
 import { complain } from "../core/toast.js";
-import { readable } from "../core/words.js";
+import { inPlain, readable } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Option} Option */
 /** @typedef {import("../core/settings.js").Settings} Settings */
 
 const POSES = ["none", "180", "90", "both", "auto"];
+
+/** @type {Record<string, string>} options whose own names say little */
+const NAMES = {
+  feather: "Soften seams", mixing: "Mix seams", even_tone: "Even out tone", repair: "Mend seams", toroidal: "Tiles already", alpha: "Opacity",
+  avoid: "Colour to avoid", flatten: "Flatten light", depth: "Bits", magnify: "Grow small", trials: "Best of", scale: "Reduce", weight: "Follow what is painted",
+};
 
 /** Kinds that a picture or an exemplar is given for; they have places of their own. */
 const PICTURES = ["image", "exemplar", "picture", "file"];
@@ -37,7 +43,7 @@ export function field(option, settings) {
   return el(
     "div",
     { class: "option" },
-    el("label", { for: id }, readable(option.name), unit),
+    el("label", { for: id }, NAMES[option.name] ?? readable(option.name), unit),
     control,
     el("p", { class: "help", id: `${id}-help` }, sentence(option.help)),
   );
@@ -55,9 +61,11 @@ export function refused(place) {
   return true;
 }
 
-/** @param {string} help */
+/** Two sentences at most, without what is said by the field itself, or of commands.
+ * @param {string} help */
 function sentence(help) {
-  const text = help.charAt(0).toUpperCase() + help.slice(1);
+  const said = inPlain(help).split(/(?<=\.) (?=[A-Z`])/).filter((each) => !/^(Default|By default)|`|--/.test(each));
+  const text = said.slice(0, 2).join(" ").replace(/^./, (first) => first.toUpperCase());
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }
 

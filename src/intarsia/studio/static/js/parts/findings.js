@@ -2,7 +2,7 @@
 
 import { button, el } from "../core/dom.js";
 import { growing } from "../core/settings.js";
-import { called } from "../core/words.js";
+import { called, inPlain } from "../core/words.js";
 import { take } from "./methods.js";
 
 /** @type {Record<string, string>} */
@@ -47,7 +47,7 @@ export function overlays(found, turn) {
  * @param {import("../core/types.js").Found} found @returns {HTMLElement} */
 export function reasons(found) {
   const { suggested, lattice, reason, light } = found;
-  const lines = (/** @type {string[]} */ told) => el("ul", { class: "reasons" }, told.map((line) => el("li", {}, line)));
+  const lines = (/** @type {string[]} */ told) => el("ul", { class: "reasons" }, told.map((line) => el("li", {}, inPlain(line))));
   const grow = () => {
     if (suggested) take(growing, suggested.method);
     location.hash = "#grow";
@@ -59,7 +59,8 @@ export function reasons(found) {
     suggested && lines(suggested.why ?? []),
     suggested && button(`Grow with ${called(suggested.method)}`, grow, { class: "framed" }),
     el("h3", {}, "Repeating grid"),
-    lines(lattice?.reasons ?? [reason]),
+    lines([!lattice ? "No grid is seen that returns in even steps." : lattice.periods.length > 1 ? `It repeats every ${fact(found, "lattice")}.` : `Its rows are ${fact(found, "lattice")} apart.`]),
+    el("details", { class: "fold" }, el("summary", {}, "How it was measured"), lines(lattice?.reasons ?? [reason])),
     light && el("h3", {}, "Light"),
     light && lines([light.strong ? "It is lit unevenly: flatten it first." : "It is lit evenly enough."]),
   );

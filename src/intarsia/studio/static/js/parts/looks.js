@@ -19,9 +19,9 @@ const LOOKS = [
   { look: "", says: "Picture", alpha: 1, told: "" },
   { look: "lit", says: "Lit", alpha: 1, told: "" },
   { look: "pieces", says: "Pieces", alpha: 0.72, told: "Each colour is one piece, copied whole" },
-  { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a join costs" },
+  { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a seam shows" },
   { look: "usage", says: "How often", alpha: 0.85, told: "The brighter, the more often its place is shown" },
-  { look: "provenance", says: "Where from", alpha: 0.85, told: "Red from the right of the example, green from below" },
+  { look: "provenance", says: "Where from", alpha: 0.85, told: "Each colour is a place of the example" },
 ];
 
 /** Whether something can be looked at like this.

@@ -11,6 +11,13 @@ import { Sketches } from "./sketches.js";
 
 const AUTO = { slug: "auto", summary: "picks what suits this picture" };
 
+/** The list closes when something else is pressed, or focused: it lies over the stage.
+ * @param {Event} event */
+function leave({ target }) {
+  for (const box of document.querySelectorAll(".pick[open]")) if (target instanceof Node && !box.contains(target)) box.removeAttribute("open");
+}
+for (const event of ["pointerdown", "focusin"]) document.addEventListener(event, leave);
+
 /** Take another method; parameters that it does not have are dropped.
  * @param {Settings} settings @param {string} slug */
 export function take(settings, slug) {
@@ -35,7 +42,8 @@ export function methodPicker(settings, allowed) {
       onchange: () => take(settings, method.slug),
       onclick: (/** @type {MouseEvent} */ e) => e.detail > 0 && (box.open = false),
     });
-    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), el("span", {}, ...says(method, settings))));
+    const tags = (plain(method.slug) ?? []).slice(2).map((tag) => el("span", { class: "tag" }, tag));
+    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), ...says(method, settings), tags.length > 0 && el("span", { class: "tags" }, tags)));
   }
   box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
   box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));

@@ -8,8 +8,8 @@ import { group } from "./methods.js";
 /** @type {[string, string[]][]} */
 const GROUPS = [
   ["Seams and light", ["feather", "mixing", "even_tone", "repair"]],
-  ["Exemplar", ["flatten", "scale", "toroidal", "alpha", "avoid"]],
-  ["Output", ["depth", "magnify", "trials"]],
+  ["Example", ["flatten", "scale", "toroidal", "alpha", "avoid"]],
+  ["Result", ["depth", "magnify", "trials"]],
 ];
 
 /** @param {string} verb @param {import("../core/settings.js").Settings} settings @returns {HTMLElement[]} */

@@ -3,7 +3,7 @@
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { busy, facts, state, took } from "../core/words.js";
+import { busy, facts, inPlain, state, took } from "../core/words.js";
 import { left } from "./estimate.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
@@ -38,6 +38,6 @@ export function showProgress(place, job) {
     return;
   }
   const again = button("Again", () => void tried(async () => store.look((await store.change(job, "again")).id)), { class: "framed" });
-  const line = el("span", { class: job.error ? "bad" : "quiet", role: "alert" }, job.error ?? state(job));
+  const line = el("span", { class: job.error ? "bad" : "quiet", role: "alert" }, inPlain(job.error ?? state(job)));
   fill(place, line, again);
 }

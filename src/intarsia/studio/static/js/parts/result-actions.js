@@ -8,6 +8,7 @@ import { copied, tried } from "../core/toast.js";
 import { weight } from "../core/words.js";
 import { carryOn } from "./bring.js";
 import { forEngine } from "./material.js";
+import { menu } from "./menu.js";
 
 /** What a press on *Continue from this* does, in a sentence. */
 export const ONWARD = "It becomes the picture that is worked with, all its maps";
@@ -20,7 +21,7 @@ export const ONWARD = "It becomes the picture that is worked with, all its maps"
  */
 export function resultActions(result, plane, onward) {
   const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
-  const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
+  const more = el("div", { class: "menu", role: "group", "aria-label": "Downloads" });
   const planes = planesOf(result);
   const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
   for (const file of files) more.append(link(fileOf(result, file.name), named(result, file.name), file.name, weight(file.bytes)));
@@ -29,16 +30,7 @@ export function resultActions(result, plane, onward) {
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
   more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
-  const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
-  const open = (/** @type {boolean} */ yes) => {
-    more.hidden = !yes;
-    toggle.setAttribute("aria-expanded", String(yes));
-  };
-  const around = el("span", { class: "around" }, toggle, more);
-  around.addEventListener("focusout", (e) => {
-    if (!(e.relatedTarget instanceof Node && around.contains(e.relatedTarget))) open(false);
-  });
-  around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
+  const around = menu(button("More to take", () => {}, { icon: icon("add"), bare: true }), more);
   const command = button("Command", () => void copied(result.command, `Command copied${needed}`), { icon: icon("copy"), title: result.command });
   const made = [command, around];
   if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));

@@ -5,12 +5,13 @@ import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { busy, doing, facts, size, state, title, took } from "../core/words.js";
+import { busy, called, doing, facts, size, state, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
 import { awaited, grey, wantedSize } from "./awaited.js";
 import { Compare } from "./compare.js";
 import { Looks } from "./looks.js";
 import { Origins } from "./origins.js";
+import { Places } from "./places.js";
 import { showProgress } from "./progress.js";
 import { resultActions } from "./result-actions.js";
 import { scoreButton } from "./score.js";
@@ -32,6 +33,7 @@ export class ResultView extends HTMLElement {
   looks = new Looks(this.stage, () => [(this.#shown = ""), void this.#update()]);
   softness = new Softness();
   origins = new Origins();
+  places = new Places(this.stage);
   /** Whether the headline has the button to go on from a result. */
   onward = true;
   scored = el("span");
@@ -100,7 +102,7 @@ export class ResultView extends HTMLElement {
       if (this.result?.id === result.id && this.#shown.startsWith(`${result.id} `)) {
         if (!still()) return;
         this.#shown = seen; // only its score is new: what is open or focused stays
-        return fill(this.scored, scoreButton(result.score));
+        return this.#judge(job, result);
       }
       const planes = planesOf(result);
       const plane = this.looks.chosen(planes);
@@ -114,8 +116,8 @@ export class ResultView extends HTMLElement {
       const map = mapOf(result);
       this.looks.show({ id: result.id, result: map, judged: map === result.id, planes, at: (each) => lookOf(result.id, each), down });
       this.softness.show(job, result);
-      fill(this.scored, scoreButton(result.score));
-      const method = job.options.method ? "" : result.told?.method;
+      this.#judge(job, result);
+      const method = job.options.method ? "" : called(result.told?.method ?? "");
       this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
       return;
     }
@@ -143,7 +145,7 @@ export class ResultView extends HTMLElement {
     }
     if (!still()) return;
     const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
-    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
+    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(called(job.options.method ?? ""), seed, size(...wantedSize(job))), []);
     else this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 
@@ -154,6 +156,12 @@ export class ResultView extends HTMLElement {
     if (number > last) canvas.getContext("2d")?.drawImage(preview, 0, 0, canvas.width, canvas.height);
     this.#growing.number = Math.max(number, last);
     return canvas;
+  }
+
+  /** Tell how good a result is.
+   * @param {Job} job @param {Result} result */
+  #judge(job, result) {
+    fill(this.scored, scoreButton(result, (part, says, spots) => this.places.show({ job, result, part, spots }, says)));
   }
 
   /** A switch that lays another result over half of this one. */
@@ -214,6 +222,7 @@ export class ResultView extends HTMLElement {
   #show(what, picture, name, sides, path) {
     this.#shown = what;
     this.stage.draft = this.job !== null && this.job.state !== "done";
+    this.places.show(null);
     this.stage.show(picture, name, sides, path);
     this.dispatchEvent(new Event("shown"));
   }

@@ -1,56 +1,58 @@
-/** The score of a result, and the parts that it is made of, when somebody asks. */
+/** How good a result is: in words, with what takes most away from it, and where that is. */
 
+import { get } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
-import { facts, readable } from "../core/words.js";
+import { tried } from "../core/toast.js";
+import { judged } from "../core/words.js";
+import { menu } from "./menu.js";
 
-/** @typedef {import("../core/types.js").Part} Part */
+/** @typedef {import("./places.js").Spot} Spot */
 
-/** @type {Record<string, string>} */
-const MEANS = {
-  texture: "by how much it is another texture",
-  joins: "what changes where pieces meet",
-  steps: "slow tone that changes where pieces meet",
-  overused: "how often the most used places are shown",
-  salient: "how often what stands out is shown",
-  repeats: "windows shown again near by with what is around them",
-  lattice: "by how much less it repeats in the steps of the example",
-  blurred: "by how much steps between neighbours are smaller",
+/** @type {Record<string, [string, string]>} parts of the score: what such flaws are called, and what is seen */
+const FLAWS = {
+  texture: ["differences", "It looks like another texture"],
+  joins: ["seams", "Seams show"],
+  steps: ["uneven tone", "Light or colour changes at seams"],
+  overused: ["repeats", "Some places of the example are shown too often"],
+  salient: ["repeats", "What stands out is seen again and again"],
+  repeats: ["repeats", "The same things are seen again near by"],
+  lattice: ["slips", "Rows or grid lines are out of step"],
+  blurred: ["blur", "It is less sharp than the example"],
 };
 
-/** A button that says the score, and shows its parts.
- * @param {import("../core/types.js").Score | null} score @returns {HTMLElement | null} */
-export function scoreButton(score) {
-  if (!score) return null;
-  const parts = Object.entries(score.parts).sort(([, a], [, b]) => b.loss - a.loss);
-  const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: 0 });
-  fill(
-    box,
-    el("p", { class: "quiet small" }, "100 is as good as the example itself; each part takes something away."),
-    el("dl", {}, parts.map(([name, part]) => row(name, part))),
-  );
-  const toggle = button(facts(`Score ${Math.round(score.total)}`, score.verdict), () => open(box.hidden), { "aria-expanded": "false", class: "number" });
-  const open = (/** @type {boolean} */ yes) => {
-    box.hidden = !yes;
-    toggle.setAttribute("aria-expanded", String(yes));
-  };
-  const around = el("span", { class: "around" }, toggle, box);
-  around.addEventListener("focusout", (e) => {
-    if (!(e.relatedTarget instanceof Node && around.contains(e.relatedTarget))) open(false);
-  });
-  around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
-  return around;
+/** What is wrong in a part, and in how many places.
+ * @param {string} part @param {number} count */
+function sentence(part, count) {
+  const most = part === "joins" ? `, most in ${count} ${count > 1 ? "places" : "place"}` : `, one of them ${count} times`;
+  return `${FLAWS[part]?.[1] ?? part}${count ? most : ""}`;
 }
 
-/** @param {string} name @param {Part} part */
-function row(name, part) {
-  const bar = el("i");
-  bar.style.transform = `scaleX(${part.worth})`;
-  const loss = part.loss >= 0.5 ? `−${Math.round(part.loss)}` : "";
-  return el(
-    "div",
-    { class: "part", title: MEANS[name] ?? "" },
-    el("dt", {}, readable(name), el("span", { class: "sentence" }, MEANS[name] ?? "")),
-    el("dd", { class: "number" }, loss),
-    el("dd", { class: "worth" }, el("span", { class: "bar" }, bar)),
-  );
+/** A button that says how good a result is, and opens a list of what takes most away.
+ * @param {import("../core/types.js").Result} result
+ * @param {(part: string, says: string, spots: Spot[]) => void} show marks places of a part @returns {HTMLElement | null} */
+export function scoreButton({ id, score }, show) {
+  if (!score) return null;
+  const parts = Object.entries(score.parts).filter(([, part]) => part.loss >= 0.5).sort(([, a], [, b]) => b.loss - a.loss);
+  const says = (score.parts.texture?.worth ?? 1) < 0.5 ? "Another texture" : judged(score.total, FLAWS[parts[0]?.[0] ?? ""]?.[0]);
+  const total = String(Math.round(score.total));
+  const box = el("div", { class: "menu score", role: "group", "aria-label": "What takes most away", tabIndex: 0 });
+  const list = (/** @type {Record<string, Spot[]>} */ places) =>
+    parts.map(([part, { loss }]) => {
+      const found = places[part] ?? [];
+      const spots = found.length > 1 || part === "joins" ? found : []; // what is seen once is not seen again
+      const told = sentence(part, spots.length);
+      const shows = spots.length > 0 && button("Show", () => show(part, told, spots), { class: "framed", "aria-label": `Show: ${told}` });
+      return el("li", {}, el("span", {}, told), el("span", { class: "number quiet" }, `−${Math.round(loss)}`), shows);
+    });
+  const draw = (/** @type {Record<string, Spot[]>} */ places, /** @type {string} */ more = "") =>
+    fill(box, el("p", { class: "quiet small" }, `${total} of 100; 100 is as good as the example itself.${more}`), el("ul", {}, list(places)));
+  const toggle = button(says, () => {}, { "aria-label": `${says}, score ${total}` });
+  toggle.append(el("span", { class: "quiet small number" }, total));
+  let asked = false;
+  return menu(toggle, box, () => {
+    if (asked) return;
+    asked = true;
+    draw({}, " Looking where …");
+    void tried(() => get(`/api/results/${id}/places`)).then((places) => [(asked = Boolean(places)), draw(places ?? {})]);
+  });
 }

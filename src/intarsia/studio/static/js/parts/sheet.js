@@ -4,7 +4,7 @@ import { button, el, fill, there } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { busy, facts, title } from "../core/words.js";
+import { busy, facts, judged, title } from "../core/words.js";
 import { awaited } from "./awaited.js";
 import { arrange, Cell } from "./cell.js";
 
@@ -58,11 +58,11 @@ export class Sheet extends HTMLElement {
     this.hidden = !store.spread;
     if (this.hidden) return;
     const jobs = store.sheet.map((id) => store.jobs.get(id)).filter(there);
-    const judged = jobs.every((job) => !busy(job) && (job.state !== "done" || typeof job.score === "number"));
-    if (judged) jobs.sort((a, b) => (b.score ?? -1) - (a.score ?? -1));
+    const known = jobs.every((job) => !busy(job) && (job.state !== "done" || typeof job.score === "number"));
+    if (known) jobs.sort((a, b) => (b.score ?? -1) - (a.score ?? -1));
     arrange(this.grid, this.#cells, jobs.map((job) => job.id), (id) => {
       const cell = new Cell(id, 640, (job) => store.look(job.id));
-      cell.element.append(el("span", { class: "caption" }, el("span", { class: "one-line" }), el("strong", { class: "number" })));
+      cell.element.append(el("span", { class: "caption" }, el("span"), el("strong", { class: "number" }), el("span", { class: "verdict" })));
       const job = () => store.jobs.get(id);
       const stop = button("Cancel", () => void tried(async () => busy(job()) && store.change(/** @type {Job} */ (job()), "cancel")), { icon: icon("close"), bare: true });
       cell.place = el("div", { class: "cell" }, cell.element, stop);
@@ -70,11 +70,12 @@ export class Sheet extends HTMLElement {
     });
     for (const job of jobs) {
       const place = this.#cells.get(job.id)?.place;
-      const [name, score] = place?.querySelectorAll(".caption > *") ?? [];
+      const [name, score, verdict] = place?.querySelectorAll(".caption > *") ?? [];
       const stop = /** @type {HTMLElement | null} */ (place?.lastElementChild ?? null);
-      if (!name || !score || !stop) continue;
+      if (!name || !score || !verdict || !stop) continue;
       name.textContent = title(job);
       score.textContent = typeof job.score === "number" ? String(Math.round(job.score)) : "";
+      verdict.textContent = typeof job.score === "number" ? judged(job.score) : "";
       stop.hidden = !busy(job);
     }
     this.#fit(jobs.length);
