@@ -254,7 +254,7 @@ def test_a_view_is_kept_and_its_command_copied(walk: Walk) -> None:
     command = walk.page.evaluate("navigator.clipboard.readText()")
     size, origin = f"{told['width']}x{told['height']}", f"{told['x']},{told['y']}"
     assert command == (
-        f"intarsia weave small.png --origin={origin} -o small_woven.tif --size={size} --method={PARALLEL} --seed=0"
+        f"intarsia weave small.png --origin={origin} -o small_woven.png --size={size} --method={PARALLEL} --seed=0"
     )
     walk.desk.button("Keep this view").click()
     expect(walk.page.get_by_text("it will be in the gallery")).to_be_visible()

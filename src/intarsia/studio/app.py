@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import shutil
@@ -28,7 +29,7 @@ from . import uploads
 from .jobs import Jobs
 from .pictures import WITHIN, Pictures, Showing, Sketches
 from .processes import Gone, Process
-from .requests import LIMITS, schema, usual, words_of
+from .requests import LIMITS, schema, words_of
 from .requests import options as options_of
 from .security import Safety, error
 from .store import Bin, Events, Row, Store, digest
@@ -105,14 +106,37 @@ class Studio:
             async with request.form(max_files=LIMITS["files"], max_fields=8) as form:
                 parts = [(f.filename or "", await f.read()) for f in form.getlist("files") if not isinstance(f, str)]
             if not parts:
-                raise ParameterError("no file came; send them as the field files.")
-            return self._opened(await self.uploads.exemplar(parts))
+                raise ParameterError("no file came; drop a picture.")
+            return await self._brought(parts)
         given = await said(request)
         if set(given) == {"sample"}:
             return self._opened(await self.uploads.sample(given["sample"]))
         if set(given) == {"result"}:
             return self._opened(await self.uploads.result(given["result"]))
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
+
+    async def _brought(self, parts: list[uploads.Part]) -> Row:
+        """Open files, one exemplar or several; return the first one, how many there are, and which were refused."""
+        rows, refused = list[Row](), list[str]()
+        for files in reversed(uploads.sets_of(parts)):  # so that the first one is the newest
+            try:
+                rows.append(self._opened(await self.uploads.exemplar(files)))
+            except IntarsiaError as e:
+                refused.append(str(e))
+        if not rows:
+            raise InputError(" ".join(refused))
+        return rows[-1] | {"opened": len(rows), "refused": refused}
+
+    async def rename(self, request: Request, kind: str, name: str) -> Row:
+        row, own = self.store.row(kind, name), (await said(request)).get("name")
+        if not isinstance(own, str) or not own.isprintable() or len(own.strip()) not in range(kind != "jobs", 81):
+            raise ParameterError("name: give 1 to 80 characters that can be printed.")
+        row = self.store.put(kind, row | {"name": own.strip()})
+        self.events.tell(kind[:-1], row)
+        return row
+
+    async def disk(self, request: Request) -> Row:
+        return {"folder": str(self.store.folder), "bytes": await asyncio.to_thread(self.store.weight)}
 
     def _opened(self, row: Row) -> Row:
         self.events.tell("exemplar", row)
@@ -185,6 +209,8 @@ class Studio:
             ("GET", "/api/{kind:taken}", 200, lambda _, kind: [jobs.now(row) for row in store.all(kind)]),
             ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
             ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: bin.take(kind, name)),
+            ("POST", "/api/{kind:taken}/{name}/name", 200, self.rename),
+            ("GET", "/api/disk", 200, self.disk),
             ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: bin.back(kind, name)),
             ("GET", "/api/exemplars/{exemplar}/{plane}.png", 200,
              lambda request, exemplar, plane: showing.exemplar(exemplar, plane, sight_of(request))),
@@ -347,5 +373,5 @@ class Weaves:
             raise ParameterError("give size (WIDTHxHEIGHT) and origin (X,Y) in px, and nothing else.")
         job = job | {"options": job["options"] | given}
         words = words_of(job, self.store)
-        told = words.asked(f"{usual(job, self.store)}_woven.tif")
+        told = words.asked(words.request.out or "")
         return {"job": job, "command": to_line(told, joined=True), "needs": list(words.called.values())}
