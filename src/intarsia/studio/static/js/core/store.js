@@ -2,6 +2,7 @@
 
 import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
 import { kept } from "./kept.js";
+import { busy } from "./words.js";
 
 /** @typedef {import("./types.js").Exemplar} Exemplar */
 /** @typedef {import("./types.js").Job} Job */
@@ -142,6 +143,21 @@ class Store extends EventTarget {
     const now = await post(`/api/jobs/${job.id}/${what}`);
     this.note(now);
     return now;
+  }
+
+  /** A job as it ends; null where it was taken away.
+   * @param {string} id @returns {Promise<Job | null>} */
+  ended(id) {
+    const heard = new AbortController();
+    return new Promise((done) => {
+      const look = () => {
+        const job = this.jobs.get(id) ?? null;
+        if (busy(job)) return;
+        heard.abort();
+        done(job);
+      };
+      this.on(["jobs"], look, heard.signal);
+    });
   }
 
   /** Take a job and what it made away, or an exemplar; for a while it can be brought back.

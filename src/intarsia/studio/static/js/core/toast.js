@@ -19,11 +19,29 @@ function show(line, bad, more) {
   return line_;
 }
 
-/** Say what was done, and offer something about it for ten seconds.
- * @param {string} line @param {string} name of what can be done @param {() => void} act */
-export function offer(line, name, act) {
-  const line_ = show(line, false, button(name, () => [line_.remove(), act()], { class: "framed" }));
-  setTimeout(() => line_.remove(), OFFERED);
+/** @type {{at: number, take: () => void} | null} what can be undone by a key as well, and when it was offered */
+let offered = null;
+
+/** Say what was done, and offer to undo it for ten seconds.
+ * @param {string} line @param {() => void} act */
+export function offer(line, act) {
+  const at = Date.now();
+  const put = () => {
+    line_.remove();
+    if (offered?.take === take) offered = null;
+  };
+  const take = () => void [put(), act()];
+  const line_ = show(line, false, button("Undo", take, { class: "framed" }));
+  offered = { at, take };
+  setTimeout(put, OFFERED);
+}
+
+/** Undo what was offered after a time, if it still stands.
+ * @param {number} since @returns {boolean} */
+export function takeOffer(since) {
+  if (!offered || offered.at < since) return false;
+  offered.take();
+  return true;
 }
 
 /** @param {string} line */

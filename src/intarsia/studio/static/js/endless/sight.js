@@ -30,16 +30,19 @@ export class Sight extends HTMLElement {
   canvas = el("canvas", { role: "img" });
   #asked = 0;
   #begun = false;
+  /** @type {{picture: ImageBitmap, width: number} | null} the example, and how wide it is: it is seen until tiles come */
+  ground = null;
 
   /** @param {import("./tiles.js").Tiles} tiles @param {FarView} view */
   constructor(tiles, view) {
     super();
     this.tiles = tiles;
     this.view = view;
-    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => null });
+    this.gestures = new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => null });
   }
 
   connectedCallback() {
+    this.gestures.listen();
     this.classList.add("stage");
     this.tabIndex = 0;
     if (!this.canvas.isConnected) this.prepend(this.canvas);
@@ -141,11 +144,29 @@ export class Sight extends HTMLElement {
     pen.imageSmoothingEnabled = this.view.scale < 2;
     pen.imageSmoothingQuality = "low";
     const places = this.places;
-    if (places.some((place) => !this.tiles.get(place))) this.#others(pen, this.view.level);
+    if (places.some((place) => !this.tiles.get(place))) {
+      this.#ground(pen);
+      for (const tile of this.tiles.former) this.#tile(pen, tile);
+      this.#others(pen, this.view.level);
+    }
     for (const place of places) {
       const tile = this.tiles.get(place);
       if (tile) this.#tile(pen, tile);
     }
+    this.dispatchEvent(new Event("drawn"));
+  }
+
+  /** The example again and again, dim, as nothing of this texture is there yet.
+   * @param {CanvasRenderingContext2D} pen */
+  #ground(pen) {
+    const pattern = this.ground && pen.createPattern(this.ground.picture, "repeat");
+    if (!this.ground || !pattern) return;
+    const scale = (this.view.scale * this.ground.width) / this.ground.picture.width;
+    pattern.setTransform(new DOMMatrix([scale, 0, 0, scale, this.view.x, this.view.y]));
+    pen.fillStyle = pattern;
+    pen.globalAlpha = 0.4;
+    pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.globalAlpha = 1;
   }
 
   /** What is known of other levels, until what is wanted comes: coarser ones first, finer ones over them.

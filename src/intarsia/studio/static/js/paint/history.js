@@ -2,58 +2,40 @@
 
 /** @typedef {import("./labels.js").Labels} Labels */
 /** @typedef {import("./labels.js").Box} Box */
-/** @typedef {{labels: Labels, box: Box, before: Uint8Array, after: Uint8Array}} Change */
 
-const MOST = 200;
-
+/** Tells "change" where something was painted, or is as it was before. */
 export class History extends EventTarget {
-  /** @type {Change[]} */
-  #done = [];
-  /** @type {Change[]} */
-  #undone = [];
   /** @type {Labels | null} what was changed last */
   last = null;
+
+  /** @param {import("../core/past.js").Past} past where changes are remembered */
+  constructor(past) {
+    super();
+    this.past = past;
+  }
 
   /** Remember a change that was made to a copy's original.
    * @param {Labels} labels as they are now @param {Uint8Array} before all of them as they were */
   note(labels, before) {
     const box = difference(labels, before);
     if (!box) return;
-    this.#done.push({ labels, box, before: cut(before, labels.width, box), after: cut(labels.data, labels.width, box) });
-    if (this.#done.length > MOST) this.#done.shift();
-    this.#undone = [];
-    this.last = labels;
-    this.dispatchEvent(new Event("change"));
+    const [was, is] = [before, labels.data].map((data) => cut(data, labels.width, box));
+    const put = (/** @type {Uint8Array | undefined} */ part) => part && this.#put(labels, box, part);
+    this.past.add(() => put(was), () => put(is));
+    this.#tell(labels);
   }
 
-  get canUndo() {
-    return this.#done.length > 0;
-  }
-
-  get canRedo() {
-    return this.#undone.length > 0;
-  }
-
-  undo() {
-    const change = this.#done.pop();
-    if (!change) return;
-    this.#undone.push(change);
-    this.#put(change, change.before);
-  }
-
-  redo() {
-    const change = this.#undone.pop();
-    if (!change) return;
-    this.#done.push(change);
-    this.#put(change, change.after);
-  }
-
-  /** @param {Change} change @param {Uint8Array} part */
-  #put({ labels, box }, part) {
+  /** @param {Labels} labels @param {Box} box @param {Uint8Array} part */
+  #put(labels, box, part) {
     for (let row = 0; row < box.height; row += 1) {
       labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
     }
     labels.paint(box);
+    this.#tell(labels);
+  }
+
+  /** @param {Labels} labels */
+  #tell(labels) {
     this.last = labels;
     this.dispatchEvent(new Event("change"));
   }

@@ -3,7 +3,6 @@
 import { el } from "../core/dom.js";
 import { exemplarOf, mapOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { busy } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 /** @typedef {import("../core/types.js").Options} Options */
@@ -74,7 +73,7 @@ export class Softness {
     const exemplars = job.verb === "render" ? job.exemplars : [...job.exemplars, ...(job.options.donors ?? [])];
     const known = store.made.find((one) => one.state === "done" && one.verb === "render" && one.options.map === map && one.options.feather === feather);
     const asked = known ?? (await store.start("render", exemplars, { ...kept(job.options), map, feather }));
-    const ended = await end(asked.id);
+    const ended = await store.ended(asked.id);
     if (turn !== this.#turn) return;
     this.#soon = 0;
     this.#say();
@@ -86,19 +85,4 @@ export class Softness {
 /** @param {Options} options */
 function kept(options) {
   return Object.fromEntries(Object.entries(options).filter(([name]) => SAME.includes(name)));
-}
-
-/** A job once it has ended.
- * @param {string} id @returns {Promise<Job | undefined>} */
-function end(id) {
-  return new Promise((done) => {
-    const heard = new AbortController();
-    const look = () => {
-      const job = store.jobs.get(id);
-      if (busy(job)) return;
-      heard.abort();
-      done(job);
-    };
-    store.on(["jobs"], look, heard.signal);
-  });
 }

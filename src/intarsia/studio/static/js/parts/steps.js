@@ -3,7 +3,7 @@
 import { button, el, fill, there } from "../core/dom.js";
 import { exemplarOf, store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { busy, title } from "../core/words.js";
+import { title } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 /** @typedef {import("../core/types.js").Exemplar} Exemplar */
@@ -47,27 +47,12 @@ async function again() {
   const { jobs } = later;
   later = null;
   for (const { verb, options } of jobs) {
-    const result = (await ended(of)).result;
+    const result = (await store.ended(of))?.result;
     if (!result) return;
     await store.bring({ result });
     of = (await store.start(verb, [store.exemplar?.id ?? ""], options)).id;
     store.look(of);
   }
-}
-
-/** @param {string} id of a job @returns {Promise<Job>} as it ends */
-function ended(id) {
-  return new Promise((resolve, reject) => {
-    const heard = () => {
-      const job = store.jobs.get(id);
-      if (job && busy(job)) return;
-      store.removeEventListener("jobs", heard);
-      if (job) resolve(job);
-      else reject(new Error("A step was taken away."));
-    };
-    store.addEventListener("jobs", heard);
-    heard();
-  });
 }
 
 /** Draw the steps; nothing where there is no more than one.

@@ -17,7 +17,7 @@ export async function takeAway(kind, id) {
       taken = [];
       void tried(() => Promise.all(these.map((each) => store.bringBack(...each))));
     };
-    offer(these.length > 1 ? `${these.length} deleted` : "Deleted", "Undo", back);
+    offer(these.length > 1 ? `${these.length} deleted` : "Deleted", back);
     clearTimeout(timer);
     timer = window.setTimeout(() => (taken = []), OFFERED);
   });

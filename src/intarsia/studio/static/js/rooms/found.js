@@ -21,6 +21,7 @@ const kit = new Kit();
 const avoided = new Map();
 
 export class FoundRoom extends HTMLElement {
+  past = kit.past;
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Seen in the example" });
   tools = el("div", { class: "group" });

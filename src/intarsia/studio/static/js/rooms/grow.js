@@ -1,7 +1,6 @@
 /** Grow: the exemplar on the left, the picture in the middle, what can be set on the right, and one button. */
 
-import { button, el, fill, follow, typing } from "../core/dom.js";
-import { icon } from "../core/icons.js";
+import { button, el, fill, follow } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -17,10 +16,12 @@ import { variants } from "../parts/variants.js";
 import { ExemplarCard } from "../parts/exemplar-card.js";
 import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
+import { undoButtons } from "../parts/undo.js";
 import { wrapChoice } from "../parts/wrap.js";
 import { inPixels, sizeField } from "../parts/size.js";
 
 export class GrowRoom extends HTMLElement {
+  past = growing.past;
   #gone = new AbortController();
 
   /** @returns {import("../parts/variants.js").Many} */
@@ -47,17 +48,13 @@ export class GrowRoom extends HTMLElement {
   #panel() {
     if (!this.panel) return;
     const wrap = wrapChoice(growing);
-    const undo = button("Undo", () => growing.undo(), { icon: icon("undo"), bare: true });
-    const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
-    const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];
-    follow(growing, undo, able);
     const soon = el("p", { class: "quiet small number", role: "status" });
     const told = () => (soon.textContent = store.exemplar ? `Takes ${about(estimate(this.#asked()))}` : "");
     follow(growing, soon, told);
     for (const topic of ["jobs", "exemplar"]) follow(store, soon, told, topic);
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undo, redo),
+      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undoButtons(growing.past)),
       el(
         "div",
         { class: "fields" },
@@ -102,12 +99,9 @@ export class GrowRoom extends HTMLElement {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    const held = event.ctrlKey || event.metaKey;
-    if (held && event.key === "Enter") void this.grow();
-    else if (!held || typing(event) || event.key.toLowerCase() !== "z") return;
-    else if (event.shiftKey) growing.redo();
-    else growing.undo();
+    if (!(event.ctrlKey || event.metaKey) || event.key !== "Enter") return;
     event.preventDefault();
+    void this.grow();
   }
 }
 

@@ -18,6 +18,7 @@ import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { Rim } from "../parts/rim.js";
 import { seedField } from "../parts/seed.js";
+import { undoButtons } from "../parts/undo.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Margins } from "../stage/margins.js";
 import { Stage } from "../stage/stage.js";
@@ -29,7 +30,7 @@ const kit = new Kit();
 /** @type {Map<string, Labels>} what is to be healed, by exemplar */
 const holes = new Map();
 /** @type {Record<Mode, Settings>} */
-const settings = { heal: new Settings("heal"), extend: new Settings("extend"), tile: new Settings("tile") };
+const settings = { heal: new Settings("heal", kit.past), extend: new Settings("extend"), tile: new Settings("tile") };
 const task = {
   /** @returns {Mode} */
   get mode() {
@@ -52,7 +53,8 @@ export class MendRoom extends HTMLElement {
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
   named = el("h2", { class: "one-line" });
   go = button("", () => void this.mend(), { class: "strong big" });
-  margins = new Margins(this.stage, () => [this.#keepMargins(), this.#told()]);
+  margins = new Margins(this.stage, settings.extend.past, () => this.#framed());
+  hint = el("span", { class: "corner low left" }, "Drag the frame outwards");
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
@@ -60,8 +62,14 @@ export class MendRoom extends HTMLElement {
   /** @type {Map<Side, HTMLInputElement>} */
   #fields = new Map();
 
+  /** What the last change of the chosen task is remembered in. */
+  get past() {
+    return settings[task.mode].past;
+  }
+
   connectedCallback() {
     this.className = "paint";
+    this.stage.append(this.hint);
     const { signal } = this.#gone;
     const head = el("div", { class: "head" }, this.named, viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
@@ -107,6 +115,7 @@ export class MendRoom extends HTMLElement {
       const picture = await store.exemplarPicture(exemplar);
       if (store.exemplar?.id !== exemplar.id) return;
       this.named.textContent = exemplar.name;
+      this.margins.own = exemplar.id;
       this.margins.px = { left: 0, right: 0, top: 0, bottom: 0, ...kept.of(exemplar.id).margins };
       this.stage.show(picture, `Picture ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();
@@ -119,7 +128,7 @@ export class MendRoom extends HTMLElement {
     this.#ring = null;
     this.#lay();
     void this.rim.look();
-    this.stage.room = mode === "extend" ? 0.22 : 0;
+    this.stage.around = mode === "extend" ? this.margins.around : 0;
     if (this.brush) {
       this.stage.tool = mode === "heal" ? this.brush : mode === "extend" ? this.margins : null;
       this.stage.marks = mode === "heal" ? (pen, view) => this.brush?.ring(pen, view) : null;
@@ -155,6 +164,7 @@ export class MendRoom extends HTMLElement {
         mode === "heal" && this.rim.element,
         mode === "extend" && this.#sides(),
         mode === "tile" && this.#axes(),
+        mode !== "heal" && el("div", { class: "tool-row" }, el("span", { class: "gap" }), undoButtons(this.past)),
         seedField(settings[mode]),
         methodPicker(settings[mode], choicesOf(mode, "method")),
       ),
@@ -168,16 +178,16 @@ export class MendRoom extends HTMLElement {
       const id = `margin-${side}`;
       const input = el("input", {
         class: "field", type: "number", id, min: "0", max: "8192", step: "1",
-        oninput: () => {
-          this.margins.px[side] = Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0)));
-          this.#keepMargins();
-          this.stage.draw();
-        },
+        oninput: () => this.margins.set({ [side]: Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0))) }, side),
       });
       this.#fields.set(side, input);
       return el("div", { class: "row" }, el("label", { for: id }, side.charAt(0).toUpperCase() + side.slice(1)), input);
     });
-    return el("div", { class: "group" }, rows);
+    const quarter = () => {
+      const [x, y] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
+      this.margins.set({ left: x, right: x, top: y, bottom: y });
+    };
+    return el("div", { class: "group" }, button("25 % all around", quarter, { class: "framed" }), rows);
   }
 
   #axes() {
@@ -188,12 +198,18 @@ export class MendRoom extends HTMLElement {
     return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
   }
 
-  #keepMargins() {
-    if (store.exemplar) kept.set({ margins: this.margins.px }, store.exemplar.id);
+  /** The frame is another one: keep it, and show all of it, unless it is being dragged. */
+  #framed() {
+    kept.set({ margins: this.margins.px }, this.margins.own);
+    this.stage.around = this.margins.around;
+    if (this.margins.held.length || !this.stage.view.fitted) this.stage.draw();
+    else this.stage.fit();
+    this.#told();
   }
 
   /** Write the margins into their fields. */
   #told() {
+    this.hint.hidden = task.mode !== "extend" || !this.margins.none;
     for (const [side, input] of this.#fields) {
       if (document.activeElement !== input) input.value = String(this.margins.px[side]);
     }

@@ -23,12 +23,13 @@ import { Stage } from "../stage/stage.js";
 /** @type {Map<string, {source: Labels, target: Labels}>} what was painted, by exemplar */
 const painted = new Map();
 const kit = new Kit();
-const painting = new Settings("paint");
+const painting = new Settings("paint", kit.past);
 const NAMED = 6;
 /** px a side of what is painted. */
 const MOST = 8192;
 
 export class PaintRoom extends HTMLElement {
+  past = kit.past;
   left = new Stage();
   right = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });

@@ -20,12 +20,22 @@ import { typing } from "../core/dom.js";
  * @property {() => Stroke | null} tool
  */
 
+/** @type {Gestures[]} those of stages on the page, that which was touched last before the others */
+let all = [];
+addEventListener("keydown", (e) => all.find((each) => each.seen)?.key(e));
+addEventListener("keyup", (e) => e.key === " " && all.forEach((each) => (each.held = false)));
+addEventListener("blur", () => all.forEach((each) => (each.held = false)));
+
+/** Controls that arrow keys belong to. */
+const WALKED = "input, select, textarea, [role=slider], [role=radio], .menu";
+
 export class Gestures {
   /** @type {Map<number, {x: number, y: number}>} pointers that are down, in device pixels */
   #down = new Map();
   /** @type {Stroke | null} */
   #stroke = null;
-  #held = false;
+  /** Whether the space bar is, and what is touched moves the view. */
+  held = false;
 
   /** @param {Ground} ground */
   constructor(ground) {
@@ -36,10 +46,19 @@ export class Gestures {
     element.addEventListener("pointermove", (e) => this.#go(e));
     element.addEventListener("pointerup", (e) => this.#end(e));
     element.addEventListener("pointercancel", (e) => this.#end(e));
-    element.addEventListener("keydown", (e) => this.#key(e));
-    element.addEventListener("keyup", (e) => e.key === " " && (this.#held = false));
-    element.addEventListener("blur", () => (this.#held = false));
+    element.addEventListener("focus", () => this.listen());
     element.addEventListener("dblclick", () => ground.tool() || this.#toggle());
+  }
+
+  /** Keys belong to it from now on, as long as its stage is seen. */
+  listen() {
+    all = [this, ...all.filter((each) => each !== this && each.ground.element.isConnected)];
+  }
+
+  /** Whether the middle of its stage is on the screen, and nothing lies over it. */
+  get seen() {
+    const { left, top, width, height } = this.ground.element.getBoundingClientRect();
+    return this.ground.element.contains(document.elementFromPoint(left + width / 2, top + height / 2));
   }
 
   /** @param {MouseEvent} event @returns {{x: number, y: number}} device pixels of the stage */
@@ -76,7 +95,7 @@ export class Gestures {
     }
     const tool = this.ground.tool();
     const [u, v] = this.ground.view.at(place.x, place.y);
-    if (tool && event.button === 0 && !this.#held && tool.down(u, v, event)) this.#stroke = tool;
+    if (tool && event.button === 0 && !this.held && tool.down(u, v, event)) this.#stroke = tool;
   }
 
   /** @param {PointerEvent} event */
@@ -117,8 +136,11 @@ export class Gestures {
   }
 
   /** @param {KeyboardEvent} event */
-  #key(event) {
-    if (typing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+  key(event) {
+    const at = event.target instanceof HTMLElement ? event.target : document.body;
+    if (event.defaultPrevented || typing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key.startsWith("Arrow") && at.closest(WALKED)) return;
+    if (event.key === " " && at !== document.body && at !== this.ground.element) return;
     const { element, view, redraw, fit, whole } = this.ground;
     const middle = { x: (element.clientWidth * devicePixelRatio) / 2, y: (element.clientHeight * devicePixelRatio) / 2 };
     const far = event.shiftKey ? 200 : 50;
@@ -133,7 +155,7 @@ export class Gestures {
       "-": () => view.zoom(view.scale / 1.25, middle.x, middle.y),
       "0": fit,
       "1": whole,
-      " ": () => (this.#held = true),
+      " ": () => (this.held = true),
     };
     const act = keys[event.key];
     if (!act) return;

@@ -23,8 +23,8 @@ export class Stage extends HTMLElement {
   /** Whether the picture is a draft of one whose size is not known yet. */
   draft = false;
   divider = 0.5;
-  /** Share of the stage that is left free on each side, for what is drawn around the picture. */
-  room = 0;
+  /** px of the picture that are left free on each side, for what is drawn around it. */
+  around = 0;
   /** @type {number} how often it is drawn along each axis */
   tiles = 1;
   /** @type {Layer[]} */
@@ -44,7 +44,7 @@ export class Stage extends HTMLElement {
 
   constructor() {
     super();
-    new Gestures({
+    this.gestures = new Gestures({
       element: this,
       view: this.view,
       redraw: (moving) => this.draw(moving),
@@ -57,6 +57,7 @@ export class Stage extends HTMLElement {
   }
 
   connectedCallback() {
+    this.gestures.listen();
     this.classList.add("stage");
     this.tabIndex = 0;
     if (!this.canvas.isConnected) this.prepend(this.canvas);
@@ -112,8 +113,10 @@ export class Stage extends HTMLElement {
   fit() {
     const most = this.tiles > 1 ? 1 : BLOCKS;
     const { width, height } = this.canvas;
-    const margin = Math.max(MARGIN * devicePixelRatio, this.room * Math.min(width, height));
-    this.view.fit(this.#width * this.tiles || 1, this.#height * this.tiles || 1, width, height, margin, most);
+    const [wide, high] = [this.#width, this.#height].map((side) => side * this.tiles + 2 * this.around || 1);
+    this.view.fit(wide ?? 1, high ?? 1, width, height, MARGIN * devicePixelRatio, most);
+    this.view.x += Math.round(this.around * this.view.scale);
+    this.view.y += Math.round(this.around * this.view.scale);
     this.draw();
     this.dispatchEvent(new Event("view"));
   }
@@ -137,13 +140,15 @@ export class Stage extends HTMLElement {
    * @param {boolean} [moving] then what is far is drawn quickly, and well once it rests */
   draw(moving = false) {
     clearTimeout(this.#rest);
-    if (moving) this.#rest = window.setTimeout(() => this.draw(), 120);
+    if (moving) {
+      this.#rest = window.setTimeout(() => this.draw(), 120);
+      this.dispatchEvent(new Event("view"));
+    }
     if (this.#asked) return;
     this.#asked = requestAnimationFrame(() => {
       this.#asked = 0;
       this.#draw(moving);
     });
-    if (moving) this.dispatchEvent(new Event("view"));
   }
 
   #resize() {
