@@ -100,15 +100,28 @@ class Store extends EventTarget {
   opened(exemplar) {
     this.#gone.delete(exemplar.id);
     this.exemplars = [exemplar, ...this.exemplars.filter((each) => each.id !== exemplar.id)].sort(newest);
+    if (this.exemplar?.id === exemplar.id && this.exemplar.name !== exemplar.name) {
+      this.exemplar = exemplar;
+      this.tell("exemplar");
+    }
     this.tell("exemplars");
   }
 
   /** A new exemplar: files, a built-in sample, or a result.
-   * @param {FormData | {sample: string} | {result: string}} from */
+   * @param {FormData | {sample: string} | {result: string}} from
+   * @returns {Promise<Exemplar & {opened?: number, refused?: string[]}>} with how many files made, and which lines were said */
   async bring(from) {
     const brought = await post("/api/exemplars", from);
     await this.ready;
     this.choose(brought);
+    return brought;
+  }
+
+  /** @param {"jobs" | "exemplars"} kind @param {string} id @param {string} name */
+  async rename(kind, id, name) {
+    const row = await post(`/api/${kind}/${id}/name`, { name });
+    if (kind === "jobs") this.note(row);
+    else this.opened(row);
   }
 
   /** @param {Job} job */

@@ -15,7 +15,6 @@ function show(line, bad, more) {
   const line_ = el("div", { class: bad ? "toast bad" : "toast", role: bad ? "alert" : "status" }, el("span", {}, line), more, put);
   document.body.append(line_);
   shown = line_;
-  if (!bad && !more) setTimeout(() => line_.remove(), 4000);
   return line_;
 }
 
@@ -44,9 +43,12 @@ export function takeOffer(since) {
   return true;
 }
 
-/** @param {string} line */
-export function say(line) {
-  show(line, false);
+/** @param {string} line @param {boolean} [stays] until it is put away, or something else is said
+ * @returns {HTMLElement} */
+export function say(line, stays = false) {
+  const line_ = show(line, false);
+  if (!stays) setTimeout(() => line_.remove(), 4000);
+  return line_;
 }
 
 /** @param {unknown} error */

@@ -1,7 +1,7 @@
 /** Endless: a texture without borders, walked over for ever. */
 
 import { post, Refused, viewOf } from "../core/api.js";
-import { button, el, fill, follow } from "../core/dom.js";
+import { button, el, fill, follow, Living } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -17,7 +17,7 @@ import { undoButtons } from "../parts/undo.js";
 const settings = new Settings("endless");
 const view = new FarView();
 
-export class EndlessRoom extends HTMLElement {
+export class EndlessRoom extends Living {
   past = settings.past;
   tiles = new Tiles();
   sight = new Sight(this.tiles, view);
@@ -28,7 +28,6 @@ export class EndlessRoom extends HTMLElement {
   weave = "";
   /** @type {Promise<void>} until the server knows what is wanted now */
   begun = Promise.resolve();
-  #gone = new AbortController();
   #sent = "";
   /** @type {string} the exemplar whose texture it is */
   #of = "";
@@ -37,7 +36,7 @@ export class EndlessRoom extends HTMLElement {
 
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const buttons = el(
       "div",
       { class: "view-buttons" },
@@ -54,10 +53,6 @@ export class EndlessRoom extends HTMLElement {
     store.on(["exemplar"], () => this.#turn(), signal);
   }
 
-  disconnectedCallback() {
-    this.#gone.abort();
-  }
-
   /** Another exemplar is looked at. */
   #turn() {
     const { exemplar } = store;
@@ -68,7 +63,7 @@ export class EndlessRoom extends HTMLElement {
     const command = button("Command", () => void this.command(), { icon: icon("copy"), bare: true, title: "Copy the command that makes this view" });
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Keep this view", () => void this.keep(), { class: "strong big" }), command, undoButtons(settings.past)),
+      el("div", { class: "do" }, button("Keep this view", () => void this.keep(), { class: "strong big" }), command, el("span", {}, undoButtons(settings.past))),
       el("div", { class: "fields" }, seedField(settings), methodPicker(settings, choicesOf("weave", "method")), parameterForm(settings)),
     );
     this.#place();

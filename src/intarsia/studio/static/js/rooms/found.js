@@ -1,7 +1,7 @@
 /** Inspect: what the program sees in the exemplar, drawn over it, and why it would grow it so; crop it, mark what to avoid. */
 
 import { get, post, viewOf } from "../core/api.js";
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
@@ -20,7 +20,7 @@ const kit = new Kit();
 /** @type {Map<string, Labels>} what is to be avoided, by exemplar */
 const avoided = new Map();
 
-export class FoundRoom extends HTMLElement {
+export class FoundRoom extends Living {
   past = kit.past;
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Seen in the example" });
@@ -31,11 +31,10 @@ export class FoundRoom extends HTMLElement {
   /** @type {Set<string>} overlays that are switched on */
   on = new Set();
   crop = new Crop(this.stage, () => this.#tools());
-  #gone = new AbortController();
 
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const head = el("div", { class: "head" }, el("h2", {}, "Example"), viewButtons(this.stage, false));
     this.brush = new Brush(this.stage, kit, () => this.#avoided());
     kit.set({ value: 1 });
@@ -48,10 +47,6 @@ export class FoundRoom extends HTMLElement {
     fill(this.panel, el("div", { class: "fields padded" }, choice.element, this.tools, this.told));
     this.#mode();
     store.on(["exemplar"], () => void this.#show(), signal);
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
   }
 
   #avoided() {

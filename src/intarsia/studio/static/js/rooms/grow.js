@@ -1,6 +1,6 @@
 /** Grow: the exemplar on the left, the picture in the middle, what can be set on the right, and one button. */
 
-import { button, el, fill, follow } from "../core/dom.js";
+import { button, el, fill, follow, Living } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -20,9 +20,8 @@ import { undoButtons } from "../parts/undo.js";
 import { wrapChoice } from "../parts/wrap.js";
 import { inPixels, sizeField } from "../parts/size.js";
 
-export class GrowRoom extends HTMLElement {
+export class GrowRoom extends Living {
   past = growing.past;
-  #gone = new AbortController();
 
   /** @returns {import("../parts/variants.js").Many} */
   get many() {
@@ -32,12 +31,8 @@ export class GrowRoom extends HTMLElement {
   connectedCallback() {
     this.className = "grow three";
     this.#draw();
-    store.on(["exemplar"], () => this.#panel(), this.#gone.signal);
-    addEventListener("keydown", (e) => this.#key(e), { signal: this.#gone.signal });
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
+    store.on(["exemplar"], () => this.#panel(), this.gone.signal);
+    addEventListener("keydown", (e) => this.#key(e), { signal: this.gone.signal });
   }
 
   #draw() {

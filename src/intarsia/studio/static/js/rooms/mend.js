@@ -1,7 +1,7 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
 import { viewOf } from "../core/api.js";
-import { button, el, fill, there } from "../core/dom.js";
+import { button, el, fill, Living, there } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -48,7 +48,7 @@ const SAYS = {
   tile: "The picture will continue in itself. A wall is first cut to whole rows of stones; then only a band along its borders changes.",
 };
 
-export class MendRoom extends HTMLElement {
+export class MendRoom extends Living {
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
   named = el("h2", { class: "one-line" });
@@ -58,7 +58,6 @@ export class MendRoom extends HTMLElement {
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
-  #gone = new AbortController();
   /** @type {Map<Side, HTMLInputElement>} */
   #fields = new Map();
 
@@ -70,7 +69,7 @@ export class MendRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     this.stage.append(this.hint);
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const head = el("div", { class: "head" }, this.named, viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
     const { main, buttons, onward } = beside(half, this.go, "Back to the picture", signal);
@@ -84,10 +83,6 @@ export class MendRoom extends HTMLElement {
     kit.history.addEventListener("change", () => this.#keep(), { signal });
     for (const each of [kit.history, settings.heal]) each.addEventListener("change", () => void this.rim.look(), { signal });
     this.#mode();
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
   }
 
   /** @returns {Labels | null} */
