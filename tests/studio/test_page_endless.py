@@ -278,6 +278,29 @@ def test_a_server_that_knows_nothing_of_it_is_asked_anew(walk: Walk, texture: ia
     walk.desk.wrong.clear()
 
 
+def test_it_is_never_blank_and_says_what_goes_on(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    before = walk.seen()
+    walk.page.route(TILE, lambda route: None)
+    says = walk.page.get_by_role("status").filter(has_text="Drawing what is in sight")
+    expect(says).to_be_hidden()
+    walk.desk.button("Another seed").click()
+    expect(says).to_be_visible()
+    assert np.array_equal(walk.seen(), before)  # what was seen stays until the new one comes
+    walk.desk.room("Gallery")
+    walk.desk.room("Endless")
+    expect(says).to_be_visible()
+    walk.desk.until(lambda: drawn(walk.sight)[..., 3].all())  # the example, dim
+    dim = drawn(walk.sight)
+    assert dim[..., 3].max() < 255
+    assert dim[..., :3].std() > 10
+    walk.page.unroute(TILE)
+    walk.sight.evaluate("s => { s.view.move(-100 * 256, 0); s.moved(); }")
+    walk.still()
+    expect(says).to_be_hidden()
+    walk.seen()
+
+
 def test_two_tabs_do_not_disturb_one_another(browser: Browser, served: Served, walk: Walk, texture: ia.Weave) -> None:
     walk.method(PARALLEL)
     with desk(browser, served) as other, walking(other) as second:

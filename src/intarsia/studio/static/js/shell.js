@@ -104,7 +104,7 @@ class Shell extends HTMLElement {
     /** @type {import("./core/past.js").Past | undefined} */
     const past = /** @type {any} */ (this.main.firstElementChild)?.past;
     if (key === "y" || event.shiftKey) past?.redo();
-    else if (!takeOffer(past?.at ?? 0)) past?.undo();
+    else if (!takeOffer(past?.done.at(-1)?.at ?? 0)) past?.undo();
   }
 
   #listen() {

@@ -7,42 +7,29 @@ const MOMENT = 700;
 const MOST = 200;
 
 export class Past extends EventTarget {
-  /** @type {Change[]} */
-  #done = [];
-  /** @type {Change[]} */
-  #undone = [];
+  /** @type {Change[]} the last one last */
+  done = [];
+  /** @type {Change[]} what was undone, and can be made again */
+  undone = [];
 
   /** Remember a change that was made.
    * @param {() => void} undo @param {() => void} redo @param {string} [name] of what was changed */
   add(undo, redo, name = "") {
     const at = Date.now();
-    const last = this.#done.at(-1);
-    if (name && last?.name === name && at - last.at <= MOMENT && !this.canRedo) Object.assign(last, { redo, at });
-    else this.#done.push({ undo, redo, name, at });
-    if (this.#done.length > MOST) this.#done.shift();
-    this.#undone = [];
+    const last = this.done.at(-1);
+    if (name && last?.name === name && at - last.at <= MOMENT && !this.undone.length) Object.assign(last, { redo, at });
+    else this.done.push({ undo, redo, name, at });
+    if (this.done.length > MOST) this.done.shift();
+    this.undone = [];
     this.dispatchEvent(new Event("change"));
   }
 
-  /** When the last change was made. */
-  get at() {
-    return this.#done.at(-1)?.at ?? 0;
-  }
-
-  get canUndo() {
-    return this.#done.length > 0;
-  }
-
-  get canRedo() {
-    return this.#undone.length > 0;
-  }
-
   undo() {
-    this.#step(this.#done, this.#undone, "undo");
+    this.#step(this.done, this.undone, "undo");
   }
 
   redo() {
-    this.#step(this.#undone, this.#done, "redo");
+    this.#step(this.undone, this.done, "redo");
   }
 
   /** @param {Change[]} from @param {Change[]} to @param {"undo" | "redo"} way */

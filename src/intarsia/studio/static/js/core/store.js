@@ -1,6 +1,6 @@
 /** What the page knows: exemplars, jobs, results, and which of them are looked at. Who shows it listens for its changes. */
 
-import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
+import { get, picture, post, remove, lookOf } from "./api.js";
 import { kept } from "./kept.js";
 import { busy } from "./words.js";
 
@@ -256,11 +256,6 @@ class Store extends EventTarget {
       this.#pictures.delete(oldest);
     }
     return known;
-  }
-
-  /** @param {Exemplar} exemplar */
-  exemplarPicture(exemplar) {
-    return this.picture(viewOf(exemplar));
   }
 }
 

@@ -146,7 +146,7 @@ export class Sight extends HTMLElement {
     const places = this.places;
     if (places.some((place) => !this.tiles.get(place))) {
       this.#ground(pen);
-      for (const tile of this.tiles.former) this.#tile(pen, tile);
+      for (const tile of this.tiles.former.values()) this.#tile(pen, tile);
       this.#others(pen, this.view.level);
     }
     for (const place of places) {

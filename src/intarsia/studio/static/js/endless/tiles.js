@@ -21,7 +21,7 @@ export class Tiles extends EventTarget {
   /** @type {Map<string, Tile>} those used longest ago first */
   #held = new Map();
   /** @type {Map<string, Tile>} those of the canvas before, which are seen until others come in their place */
-  #former = new Map();
+  former = new Map();
   /** @type {Map<string, AbortController>} */
   #asked = new Map();
   /** @type {Place[]} */
@@ -36,8 +36,8 @@ export class Tiles extends EventTarget {
     this.weave = weave;
     this.#drop([...this.#asked.keys()]);
     for (const [name, tile] of this.#held) {
-      this.#former.get(name)?.picture.close();
-      this.#former.set(name, tile);
+      this.former.get(name)?.picture.close();
+      this.former.set(name, tile);
     }
     this.#held.clear();
     this.#go();
@@ -45,13 +45,8 @@ export class Tiles extends EventTarget {
 
   /** Keep nothing of the canvases before. */
   forget() {
-    for (const tile of this.#former.values()) tile.picture.close();
-    this.#former.clear();
-  }
-
-  /** @returns {Iterable<Tile>} what is left of the canvas before */
-  get former() {
-    return this.#former.values();
+    for (const tile of this.former.values()) tile.picture.close();
+    this.former.clear();
   }
 
   /** @returns {Iterable<Tile>} all that are there */
@@ -131,8 +126,8 @@ export class Tiles extends EventTarget {
     const name = nameOf(place);
     this.#held.set(name, { ...place, picture });
     this.came += 1;
-    this.#former.get(name)?.picture.close();
-    this.#former.delete(name);
+    this.former.get(name)?.picture.close();
+    this.former.delete(name);
     if (!this.missing) this.forget();
     for (const [oldest, tile] of this.#held) {
       if (this.#held.size <= MOST) break;

@@ -7,6 +7,6 @@ import { icon } from "../core/icons.js";
 export function undoButtons(past) {
   const undo = button("Undo", () => past.undo(), { icon: icon("undo"), bare: true, title: "Undo (Ctrl+Z)" });
   const redo = button("Redo", () => past.redo(), { icon: icon("redo"), bare: true, title: "Redo (Ctrl+Shift+Z)" });
-  follow(past, undo, () => [(undo.disabled = !past.canUndo), (redo.disabled = !past.canRedo)]);
+  follow(past, undo, () => [(undo.disabled = !past.done.length), (redo.disabled = !past.undone.length)]);
   return [undo, redo];
 }

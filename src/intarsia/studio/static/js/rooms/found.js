@@ -5,8 +5,7 @@ import { button, el, fill, Living } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { Labels } from "../paint/labels.js";
-import { imageOf, keep, restore } from "../paint/marks.js";
+import { imageOf, keep, labelsOf } from "../paint/marks.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { segments } from "../parts/choice.js";
 import { overlays, reasons } from "../parts/findings.js";
@@ -17,7 +16,7 @@ import { Stage } from "../stage/stage.js";
 /** @typedef {"look" | "crop" | "avoid"} Mode */
 
 const kit = new Kit();
-/** @type {Map<string, Labels>} what is to be avoided, by exemplar */
+/** @type {Map<string, import("../paint/labels.js").Labels>} what is to be avoided, by exemplar */
 const avoided = new Map();
 
 export class FoundRoom extends Living {
@@ -50,14 +49,7 @@ export class FoundRoom extends Living {
   }
 
   #avoided() {
-    const exemplar = store.exemplar;
-    if (!exemplar) return null;
-    const known = avoided.get(exemplar.id);
-    if (known) return known;
-    const marks = new Labels(exemplar.width, exemplar.height);
-    avoided.set(exemplar.id, marks);
-    void restore(exemplar.id, "avoid", marks, (value) => (value ? 0 : 1)).then(() => void this.#lay());
-    return marks;
+    return labelsOf(avoided, "avoid", () => void this.#lay(), (value) => (value ? 0 : 1));
   }
 
   async #show() {
@@ -67,7 +59,7 @@ export class FoundRoom extends Living {
     this.crop.box = null;
     fill(this.told, el("p", { class: "quiet" }, "Looking …"));
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const picture = await store.picture(viewOf(exemplar));
       if (store.exemplar?.id !== exemplar.id) return;
       this.stage.show(picture, `Example ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();

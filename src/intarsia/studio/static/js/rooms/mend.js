@@ -1,14 +1,13 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
 import { viewOf } from "../core/api.js";
-import { button, el, fill, Living, there } from "../core/dom.js";
+import { button, el, fill, follow, Living, there } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { Labels } from "../paint/labels.js";
-import { keep, restore } from "../paint/marks.js";
+import { keep, labelsOf } from "../paint/marks.js";
 import { send } from "../paint/send.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
@@ -27,7 +26,7 @@ import { Stage } from "../stage/stage.js";
 /** @typedef {import("../stage/margins.js").Side} Side */
 
 const kit = new Kit();
-/** @type {Map<string, Labels>} what is to be healed, by exemplar */
+/** @type {Map<string, import("../paint/labels.js").Labels>} what is to be healed, by exemplar */
 const holes = new Map();
 /** @type {Record<Mode, Settings>} */
 const settings = { heal: new Settings("heal", kit.past), extend: new Settings("extend"), tile: new Settings("tile") };
@@ -85,16 +84,9 @@ export class MendRoom extends Living {
     this.#mode();
   }
 
-  /** @returns {Labels | null} */
+  /** @returns {import("../paint/labels.js").Labels | null} */
   #hole() {
-    const exemplar = store.exemplar;
-    if (!exemplar) return null;
-    const known = holes.get(exemplar.id);
-    if (known) return known;
-    const hole = new Labels(exemplar.width, exemplar.height);
-    holes.set(exemplar.id, hole);
-    void restore(exemplar.id, "hole", hole).then(() => [this.stage.draw(), void this.rim.look()]);
-    return hole;
+    return labelsOf(holes, "hole", () => [this.stage.draw(), void this.rim.look()]);
   }
 
   /** Keep what was just painted. */
@@ -107,7 +99,7 @@ export class MendRoom extends Living {
     const exemplar = store.exemplar;
     if (!exemplar) return;
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const picture = await store.picture(viewOf(exemplar));
       if (store.exemplar?.id !== exemplar.id) return;
       this.named.textContent = exemplar.name;
       this.margins.own = exemplar.id;
@@ -146,6 +138,10 @@ export class MendRoom extends Living {
     /** @type {[Mode, string][]} */
     const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
     const choice = segments("Task", modes, () => task.mode, (next) => [(task.mode = next), void this.onward?.(), this.#mode()], { wide: true });
+    const quarter = button("25 % all around", () => {
+      const [x, y] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
+      this.margins.set({ left: x, right: x, top: y, bottom: y });
+    }, { class: "framed" });
     this.go.textContent = { heal: "Heal", extend: "Extend", tile: "Make it tile" }[mode];
     fill(
       this.panel,
@@ -157,9 +153,9 @@ export class MendRoom extends Living {
         el("p", { class: "quiet" }, SAYS[mode]),
         mode === "heal" && toolbar(kit),
         mode === "heal" && this.rim.element,
+        mode !== "heal" && el("div", { class: "headed" }, mode === "extend" ? quarter : el("span"), el("span", {}, undoButtons(this.past))),
         mode === "extend" && this.#sides(),
         mode === "tile" && this.#axes(),
-        mode !== "heal" && el("div", { class: "tool-row" }, el("span", { class: "gap" }), undoButtons(this.past)),
         seedField(settings[mode]),
         methodPicker(settings[mode], choicesOf(mode, "method")),
       ),
@@ -178,11 +174,7 @@ export class MendRoom extends Living {
       this.#fields.set(side, input);
       return el("div", { class: "row" }, el("label", { for: id }, side.charAt(0).toUpperCase() + side.slice(1)), input);
     });
-    const quarter = () => {
-      const [x, y] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
-      this.margins.set({ left: x, right: x, top: y, bottom: y });
-    };
-    return el("div", { class: "group" }, button("25 % all around", quarter, { class: "framed" }), rows);
+    return el("div", { class: "group" }, rows);
   }
 
   #axes() {
@@ -190,6 +182,7 @@ export class MendRoom extends Living {
     /** @type {[string, string][]} */
     const choices = [["x", "Across"], ["y", "Down"], ["both", "Both"]];
     const axes = segments("Axes", choices, () => own.options.axes ?? "both", (axis) => own.set("axes", axis === "both" ? null : axis), { wide: true });
+    follow(own, axes.element, axes.show);
     return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
   }
 

@@ -70,7 +70,7 @@ export class PaintRoom extends HTMLElement {
       await Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
     }
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const picture = await store.picture(viewOf(exemplar));
       const labels = this.#labels();
       if (store.exemplar?.id !== id || !labels) return;
       this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];
