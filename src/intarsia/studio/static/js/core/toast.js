@@ -18,29 +18,20 @@ function show(line, bad, more) {
   return line_;
 }
 
-/** @type {{at: number, take: () => void} | null} what can be undone by a key as well, and when it was offered */
-let offered = null;
-
 /** Say what was done, and offer to undo it for ten seconds.
  * @param {string} line @param {() => void} act */
 export function offer(line, act) {
-  const at = Date.now();
-  const put = () => {
-    line_.remove();
-    if (offered?.take === take) offered = null;
-  };
-  const take = () => void [put(), act()];
-  const line_ = show(line, false, button("Undo", take, { class: "framed" }));
-  offered = { at, take };
-  setTimeout(put, OFFERED);
+  const line_ = show(line, false, button("Undo", () => [line_.remove(), act()], { class: "framed" }));
+  line_.dataset.at = String(Date.now());
+  setTimeout(() => line_.remove(), OFFERED);
 }
 
 /** Undo what was offered after a time, if it still stands.
  * @param {number} since @returns {boolean} */
 export function takeOffer(since) {
-  if (!offered || offered.at < since) return false;
-  offered.take();
-  return true;
+  const stands = shown?.isConnected && Number(shown.dataset.at) >= since;
+  if (stands) shown?.querySelector("button")?.click();
+  return Boolean(stands);
 }
 
 /** @param {string} line @param {boolean} [stays] until it is put away, or something else is said

@@ -31,19 +31,19 @@ export async function carryOn(result) {
 
 /** @param {FormData | {sample: string} | {result: string}} from @param {string} [name] of what is read, which may take a while */
 async function brought(from, name) {
-  const sign = name && say(`Opening ${name} …`, true);
-  if (sign) sign.classList.add("later", "opening");
+  const sign = name ? say(`Opening ${name} …`, true) : null;
+  sign?.classList.add("opening");
   try {
     const { opened = 1, refused = [], told = [] } = await store.bring(from);
-    if (sign) sign.remove();
     const lines = [opened > 1 ? `${opened} examples opened.` : "", ...refused, ...told].filter(Boolean);
     if (refused.length) complain(lines.join(" "));
     else if (lines.length) say(lines.join(" "), told.length > 0);
     if (location.hash === "" || location.hash === "#start" || location.hash === "#gallery") location.hash = "#grow";
   } catch (error) {
-    if (sign) sign.remove();
     const line = error instanceof Error ? error.message : "";
     if (dispatchEvent(new CustomEvent("refused", { detail: line, cancelable: true }))) complain(line);
+  } finally {
+    sign?.remove();
   }
 }
 

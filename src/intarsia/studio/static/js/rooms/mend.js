@@ -139,7 +139,7 @@ export class MendRoom extends Living {
     const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
     const choice = segments("Task", modes, () => task.mode, (next) => [(task.mode = next), void this.onward?.(), this.#mode()], { wide: true });
     const quarter = button("25 % all around", () => {
-      const [x, y] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
+      const [x = 0, y = 0] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
       this.margins.set({ left: x, right: x, top: y, bottom: y });
     }, { class: "framed" });
     this.go.textContent = { heal: "Heal", extend: "Extend", tile: "Make it tile" }[mode];
@@ -169,7 +169,7 @@ export class MendRoom extends Living {
       const id = `margin-${side}`;
       const input = el("input", {
         class: "field", type: "number", id, min: "0", max: "8192", step: "1",
-        oninput: () => this.margins.set({ [side]: Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0))) }, side),
+        oninput: () => this.margins.set({ ...this.margins.px, [side]: Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0))) }, side),
       });
       this.#fields.set(side, input);
       return el("div", { class: "row" }, el("label", { for: id }, side.charAt(0).toUpperCase() + side.slice(1)), input);

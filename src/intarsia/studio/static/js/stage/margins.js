@@ -49,23 +49,17 @@ export class Margins {
     this.changed();
   }
 
-  /** @param {Px} before @param {string} [name] */
-  #note(before, name) {
-    const { own, px } = this;
+  /** Take others, and remember what was before.
+   * @param {Px} px @param {string} [name] of what is typed @param {Px} [before] */
+  set(px, name, before = this.px) {
+    const { own } = this;
     const put = (/** @type {Px} */ one) => this.own === own && this.#put(one);
+    put(px);
     this.past.add(() => put(before), () => put(px), name);
   }
 
-  /** Take others, as they are typed.
-   * @param {Partial<Px>} change @param {string} [name] of what is typed */
-  set(change, name) {
-    const before = this.px;
-    this.#put({ ...before, ...change });
-    this.#note(before, name);
-  }
-
   /** The sides that are near to a place: one, or two at a corner.
-   * @param {number} x @param {number} y @param {boolean} away @returns {Side[]} */
+   * @param {number} x @param {number} y @param {boolean} away whether it is the frame that is drawn @returns {Side[]} */
   near(x, y, away) {
     const reach = (REACH * devicePixelRatio) / this.stage.view.scale;
     const { left, right, top, bottom } = this.frame(away);
@@ -98,7 +92,7 @@ export class Margins {
 
   up() {
     this.held = [];
-    if (this.px !== this.#before) this.#note(this.#before);
+    if (this.px !== this.#before) this.set(this.px, "", this.#before);
   }
 
   stop() {
