@@ -2,6 +2,7 @@
 
 /** @typedef {import("./labels.js").Labels} Labels */
 /** @typedef {import("./labels.js").Box} Box */
+/** @typedef {{labels: Labels | null, back: () => void, again: () => void}} Change null: not of labels */
 
 /** Tells "change" where something was painted, or is as it was before. */
 export class History extends EventTarget {
@@ -19,26 +20,29 @@ export class History extends EventTarget {
   note(labels, before) {
     const box = difference(labels, before);
     if (!box) return;
-    const [was, is] = [before, labels.data].map((data) => cut(data, labels.width, box));
-    const put = (/** @type {Uint8Array | undefined} */ part) => part && this.#put(labels, box, part);
-    this.past.add(() => put(was), () => put(is));
-    this.#tell(labels);
+    const [was, is] = [cut(before, labels.width, box), cut(labels.data, labels.width, box)];
+    this.add({ labels, back: () => put(labels, box, was), again: () => put(labels, box, is) });
   }
 
-  /** @param {Labels} labels @param {Box} box @param {Uint8Array} part */
-  #put(labels, box, part) {
-    for (let row = 0; row < box.height; row += 1) {
-      labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
-    }
-    labels.paint(box);
-    this.#tell(labels);
+  /** Remember what was done.
+   * @param {Change} change @param {boolean} [due] whether it is to be done now */
+  add({ labels, back, again }, due) {
+    const tell = (/** @type {(() => void)[]} */ ...acts) => {
+      for (const act of acts) act();
+      this.last = labels;
+      this.dispatchEvent(new Event("change"));
+    };
+    this.past.add(() => tell(back), () => tell(again));
+    tell(...(due ? [again] : []));
   }
+}
 
-  /** @param {Labels} labels */
-  #tell(labels) {
-    this.last = labels;
-    this.dispatchEvent(new Event("change"));
+/** @param {Labels} labels @param {Box} box @param {Uint8Array} part */
+function put(labels, box, part) {
+  for (let row = 0; row < box.height; row += 1) {
+    labels.data.set(part.subarray(row * box.width, (row + 1) * box.width), (box.y + row) * labels.width + box.x);
   }
+  labels.paint(box);
 }
 
 /** The part in which two differ.

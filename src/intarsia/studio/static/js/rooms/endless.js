@@ -41,7 +41,7 @@ export class EndlessRoom extends Living {
       "div",
       { class: "view-buttons" },
       this.place,
-      el("div", { class: "segments" }, button("Start", () => this.sight.home(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
+      el("div", { class: "segments" }, button("Start", () => this.sight.fit(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
     );
     this.sight.append(this.status);
     fill(this, el("section", { class: "half", "aria-label": "Endless texture" }, el("div", { class: "head" }, el("h2", {}, "Endless"), buttons), this.sight), this.panel);
