@@ -162,7 +162,9 @@ def test_undo_of_the_endless_room(tiles: Desk) -> None:
 
 def test_a_moved_readout_tells_each_move_of_a_frame(tiles: Desk) -> None:
     """Two keys within one frame of the screen: the second one is told as well."""
+    zoom = tiles.page.get_by_label("Zoom", exact=True)
+    expect(zoom).not_to_be_empty()
     pressed: Any = """() => { for (const key of ["+", "+", "1"]) dispatchEvent(new KeyboardEvent("keydown", {key})); }"""
     tiles.page.evaluate(pressed)
-    expect(tiles.page.get_by_label("Zoom", exact=True)).to_have_text("100 %")
+    expect(zoom).to_have_text("100 %")
     assert np.isclose(tiles.told()["scale"], 1)

@@ -118,7 +118,7 @@ class Studio:
     async def _brought(self, parts: list[uploads.Part]) -> Row:
         """Open files, one exemplar or several; return the first one, how many there are, and which were refused."""
         rows, refused = list[Row](), list[str]()
-        for files in reversed(uploads.sets_of(parts)):  # so that the first one is the newest
+        for files in reversed(await self.uploads.sets(parts)):  # so that the first one is the newest
             try:
                 rows.append(self._opened(await self.uploads.exemplar(files)))
             except IntarsiaError as e:

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .. import files
 from ..foundation import SAMPLES, InputError, printable, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
@@ -49,17 +48,6 @@ def ending_of(data: bytes, name: str) -> str:
     raise InputError(f"{printable(name)} is no picture: give PNG, JPEG, TIFF, EXR, HDR, WebP, GIF or BMP.")
 
 
-def sets_of(parts: Sequence[Part]) -> list[list[Part]]:
-    """Sort files into exemplars by their names, as the command does."""
-    named = dict[str, Part]()
-    for name, data in parts:
-        own = stem_of(name) + Path(name).suffix.lower()
-        if own in named:
-            raise InputError(f"two files are called {own}; rename one.")
-        named[own] = name, data
-    return [[named[str(own)] for own in found.values()] for found in files.group(named)]
-
-
 def stem_of(name: str) -> str:
     """Return what of a name is kept: letters, digits, _ and - of its last part, without its ending."""
     last = re.split(r"[/\\]", name)[-1]
@@ -73,6 +61,17 @@ class Uploads:
 
     def __init__(self, store: Store, looker: Process) -> None:
         self.store, self.looker = store, looker
+
+    async def sets(self, parts: Sequence[Part]) -> list[list[Part]]:
+        """Sort files into exemplars by their names, as the command does."""
+        named = dict[str, Part]()
+        for name, data in parts:
+            own = stem_of(name) + Path(name).suffix.lower()
+            if own in named:
+                raise InputError(f"two files are called {own}; rename one.")
+            named[own] = name, data
+        found, _ = await self.looker.ask("sets", within=WITHIN, names=list(named))
+        return [[named[own] for own in names] for names in found["sets"]]
 
     async def exemplar(self, parts: Sequence[Part], more: Row | None = None) -> Row:
         """Store the files of one exemplar, and what more is known of it."""

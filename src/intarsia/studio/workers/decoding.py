@@ -104,6 +104,11 @@ def exemplar_of(paths: list[str]) -> Exemplar:
     return files.read_set(_group(paths))
 
 
+def sets(said: Json, tell: Tell) -> Answer:
+    """Sort names of files into exemplars."""
+    return {"sets": [list(found.values()) for found in files.group(said["names"])]}, b""
+
+
 def look(said: Json, tell: Tell) -> Answer:
     """Read the files of one exemplar; return its name, size, depth and planes."""
     paths = said["paths"]

@@ -22,7 +22,7 @@ Tell = Callable[..., None]
 
 WORK = {
     "commands": ("command", "warm", "sketch"),
-    "decoding": ("look", "labels", "see", "origins"),
+    "decoding": ("sets", "look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
     "endless": ("begin", "tile"),
 }
