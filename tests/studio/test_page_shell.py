@@ -101,7 +101,7 @@ def test_a_low_screen_gives_a_result_most_of_its_height(page: Desk) -> None:
     assert page.stage().evaluate("s => s.clientHeight / innerHeight") >= 0.6
 
 
-def test_on_a_phone_all_stands_below_the_picture_and_the_button_stays_in_sight(browser: Browser, served: Served) -> None:
+def test_on_a_phone_all_stands_below_and_the_button_stays_in_sight(browser: Browser, served: Served) -> None:
     with desk(browser, served, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True) as page:
         page.sample("tiles")
         stage, grow = page.stage().bounding_box(), page.button("Grow")

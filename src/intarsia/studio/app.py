@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import re
 import shutil
@@ -135,9 +134,6 @@ class Studio:
         self.events.tell(kind[:-1], row)
         return row
 
-    async def disk(self, request: Request) -> Row:
-        return {"folder": str(self.store.folder), "bytes": await asyncio.to_thread(self.store.weight)}
-
     def _opened(self, row: Row) -> Row:
         self.events.tell("exemplar", row)
         self.jobs.prepare(row["id"])
@@ -210,7 +206,7 @@ class Studio:
             ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
             ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: bin.take(kind, name)),
             ("POST", "/api/{kind:taken}/{name}/name", 200, self.rename),
-            ("GET", "/api/disk", 200, self.disk),
+            ("GET", "/api/disk", 200, lambda _: {"folder": str(store.folder), "bytes": store.weight()}),
             ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: bin.back(kind, name)),
             ("GET", "/api/exemplars/{exemplar}/{plane}.png", 200,
              lambda request, exemplar, plane: showing.exemplar(exemplar, plane, sight_of(request))),
