@@ -170,7 +170,9 @@ class Studio:
     def file(self, request: Request, result: Row, file: str) -> Response:
         if file not in [entry["name"] for entry in result["files"]]:
             raise HTTPException(404, "there is no such file.")
-        return FileResponse(self.store.place("results", result["id"]) / file, filename=file, headers=KEPT)
+        return FileResponse(
+            self.store.place("results", result["id"]) / file, filename=called(result, file), headers=KEPT
+        )
 
     async def origins(self, request: Request, result: Row) -> Response:
         width, height, data = await self.showing.origins(result, box_of(request) or [0, 0, SIDE, SIDE])
@@ -179,12 +181,12 @@ class Studio:
 
     async def archive(self, request: Request, result: Row) -> Response:
         path = await self.showing.archive(result)
-        called = f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip"
-        return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
+        own = called(result, f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip")
+        return FileResponse(path, filename=own, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
     async def report(self, request: Request, result: Row) -> Response:
-        page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
-        headers = KEPT | {"Content-Disposition": f'attachment; filename="{called}"'}
+        page, own = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
+        headers = KEPT | {"Content-Disposition": f'attachment; filename="{own}"'}
         return Response(page, media_type="text/html", headers=headers)
 
     async def put_weave(self, request: Request) -> Row:
@@ -256,6 +258,13 @@ class Studio:
             return found if isinstance(found, Response) else JSONResponse(found, status)
 
         return handler
+
+
+def called(result: Row, name: str) -> str:
+    """Return the name that a file of a result is downloaded under: with method and seed, by which results differ."""
+    method, seed = map(result["options"].get, ("method", "seed"))
+    more = [method, seed and f"s{seed}"]
+    return "_".join([Path(name).stem, *(each for each in more if each and each != AUTO_METHOD)]) + Path(name).suffix
 
 
 async def said(request: Request) -> Row:

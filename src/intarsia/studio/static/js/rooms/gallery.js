@@ -88,7 +88,7 @@ function tools(job) {
     if (job.verb !== "render") made.push(button("Again with another seed", other, { icon: icon("dice"), bare: true }));
     if (job.verb === "grow") made.push(button("Use these settings", () => reuse(job), { icon: icon("undo"), bare: true }));
     const zip = `/api/results/${job.result}/all.zip`;
-    made.push(el("a", { class: "button icon", href: zip, download: `${job.result}.zip`, title: "Download all", "aria-label": "Download all" }, icon("down")));
+    made.push(el("a", { class: "button icon", href: zip, download: "", title: "Download all", "aria-label": "Download all" }, icon("down")));
     made.push(button("Continue from this", () => void carryOn(job.result ?? ""), { icon: icon("onward"), bare: true }));
   } else made.push(button("Again", () => void tried(() => store.change(job, "again")), { icon: icon("again"), bare: true }));
   made.push(button("Delete", () => void takeAway("jobs", job.id), { icon: icon("bin"), bare: true }));
