@@ -122,6 +122,7 @@ class Store extends EventTarget {
     const row = await post(`/api/${kind}/${id}/name`, { name });
     if (kind === "jobs") this.note(row);
     else this.opened(row);
+    return row;
   }
 
   /** @param {Job} job */

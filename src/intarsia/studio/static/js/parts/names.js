@@ -18,8 +18,7 @@ export function heading(kind, { id, name = "" }, tag, shown = "") {
       const next = input.value.trim();
       fill(place, head, pencil);
       if (next === says) return;
-      await tried(() => store.rename(kind, id, next));
-      offer("Renamed", () => void tried(() => store.rename(kind, id, name)));
+      if (await tried(() => store.rename(kind, id, next))) offer("Renamed", () => void tried(() => store.rename(kind, id, name)));
     };
     const key = (/** @type {KeyboardEvent} */ e) => {
       if (e.key === "Escape") input.value = says;
