@@ -35,7 +35,8 @@ export class Margins {
     return Math.max(2 * AWAY * Math.min(width, height), ...Object.values(this.px));
   }
 
-  /** The frame's borders in picture pixels. @param {boolean} [away] outside of the picture where nothing is added yet */
+  /** The frame's borders in picture pixels.
+   * @param {boolean} [away] outside of the picture where nothing is added yet */
   frame(away = false) {
     const { width, height } = this.stage.size;
     const out = away && this.none ? AWAY * Math.min(width, height) : 0;
