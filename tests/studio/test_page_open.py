@@ -73,7 +73,7 @@ def test_an_example_and_a_result_are_given_names(page: Desk) -> None:
     field.fill("Old wall")
     field.press("Enter")
     page.page.get_by_role("heading", name="Old wall").wait_for()
-    page.button("Undo").last.click()
+    page.page.locator(".toast").get_by_role("button", name="Undo").click()
     page.page.get_by_role("heading", name="scan").wait_for()
     page.button("Rename scan").focus()
     page.page.keyboard.press("Enter")
