@@ -86,9 +86,9 @@ def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: 
             assert page.page.evaluate(fits), room
             if how.get("has_touch"):
                 low = page.page.evaluate(
-                    """() => [...document.querySelectorAll(".button:not(.segments .button)")]
+                    """() => [...document.querySelectorAll(".button, .thumb")]
                       .filter(e => e.checkVisibility() && matchMedia("(pointer: coarse)").matches)
-                      .filter(e => e.getBoundingClientRect().height < 43).map(e => e.outerHTML)"""
+                      .filter(e => e.getBoundingClientRect().height < 40).map(e => e.outerHTML)"""
                 )
                 assert low == [], room
 

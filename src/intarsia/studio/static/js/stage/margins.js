@@ -4,7 +4,7 @@
 
 /** @typedef {Record<Side, number>} Px */
 
-const REACH = 14;
+const REACH = matchMedia("(pointer: coarse)").matches ? 24 : 14;
 /** How far outside of a picture that is not extended yet its frame is drawn, as a share of the shorter side. */
 const AWAY = 0.125;
 
