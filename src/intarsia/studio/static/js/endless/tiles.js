@@ -35,6 +35,7 @@ export class Tiles extends EventTarget {
     if (weave === this.weave) return;
     this.weave = weave;
     this.#drop([...this.#asked.keys()]);
+    if (this.former.size > MOST) this.forget();
     for (const [name, tile] of this.#held) {
       this.former.get(name)?.picture.close();
       this.former.set(name, tile);
