@@ -128,7 +128,6 @@ def test_strokes_are_undone_redone_and_erased(paint: Desk) -> None:
     assert np.array_equal(labels(paint, 1), once)
     paint.button("Undo").click()
     assert np.array_equal(labels(paint, 1), empty)
-    assert paint.button("Undo").is_disabled()
     paint.page.keyboard.press("Control+Shift+z")
     paint.button("Redo").click()
     assert np.array_equal(labels(paint, 1), twice)
@@ -179,7 +178,7 @@ def test_strokes_do_not_wait_for_the_server(paint: Desk) -> None:
 
 def test_labels_are_proposed_from_the_segments_and_taken_back(paint: Desk) -> None:
     paint.button("Propose").click()
-    expect(paint.button("Undo")).to_be_enabled(timeout=60_000)
+    paint.until(lambda: len(np.unique(labels(paint, 0))) > 1)
     exemplar = paint.served.get("/api/exemplars")
     tiles = next(e["id"] for e in exemplar if e["name"] == "tiles")
     found = segments(read("sample:tiles"))
@@ -195,8 +194,8 @@ def test_labels_are_proposed_from_the_segments_and_taken_back(paint: Desk) -> No
     assert paint.jobs[0]["options"]["wrap"] == "both"
     paint.grown()
     paint.button("Paint on").click()
-    paint.button("Undo").click()
-    paint.button("Undo").click()
+    for _ in ("both", "the stroke", "what was proposed"):
+        paint.button("Undo").click()
     assert len(np.unique(labels(paint, 0))) == 1
 
 
