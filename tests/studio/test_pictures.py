@@ -103,7 +103,7 @@ class TestResults:
 
     def test_an_archive_holds_all_files_and_leaves_none(self, served: Served, result: Any) -> None:
         answer = served.client.get(f"/api/results/{result['id']}/all.zip")
-        assert answer.headers["content-disposition"] == 'attachment; filename="small_grown_image-quilting.zip"'
+        assert answer.headers["content-disposition"] == 'attachment; filename="small_grown_image-quilting_s6.zip"'
         archive = zipfile.ZipFile(io.BytesIO(answer.content))
         found = {name: archive.read(name) for name in archive.namelist()}
         assert found.pop("command.txt").decode() == result["command"] + "\n"
