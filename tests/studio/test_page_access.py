@@ -59,6 +59,10 @@ def states(page: Desk) -> Iterator[str]:
     """Go through all that can be seen, one after another."""
     page.page.get_by_role("link", name="intarsia studio: begin").click()
     yield "Start"
+    page.drop(nothing=b"")
+    page.page.get_by_role("alert").filter(has_text="nothing.png is empty").wait_for()
+    page.wrong.clear()
+    yield "Start, a file was refused"
     for room in ROOMS:
         page.room(room)
         page.page.wait_for_timeout(400)
@@ -68,6 +72,9 @@ def states(page: Desk) -> Iterator[str]:
         for mode in {"Inspect": ("Crop", "Avoid"), "Mend": ("Extend", "Tile")}.get(room, ()):
             page.radio(mode).click()
             yield f"{room}, {mode}"
+    page.page.locator(".made h3").first.dblclick()
+    yield "Gallery, a name is given"
+    page.page.keyboard.press("Escape")
     page.room("Grow")
     for fold in page.page.locator(".fold > summary").all():
         fold.click()

@@ -166,7 +166,7 @@ def test_what_lies_nearest_the_middle_is_asked_first(walk: Walk) -> None:
     walk.method("repeat")
     walk.page.keyboard.press("Escape")
     start = len(walk.asked)
-    walk.sight.evaluate("s => { s.view.move(-40 * 256, 30 * 256); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(-40 * 256, 30 * 256); s.redraw(); }")
     walk.still()
     told, places = walk.told(), walk.asked[start:]
     u, v = told["x"] + told["width"] / 2, told["y"] + told["height"] / 2
@@ -179,11 +179,11 @@ def test_what_is_out_of_sight_is_given_up(walk: Walk, texture: ia.Weave) -> None
     walk.method("repeat")
     walk.page.route(TILE, lambda route: None)
     start = len(walk.asked)
-    walk.sight.evaluate("s => { s.view.move(-100 * 256, 0); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(-100 * 256, 0); s.redraw(); }")
     walk.page.wait_for_timeout(300)
     asked = walk.asked[start:]
     assert len(asked) == 3
-    walk.sight.evaluate("s => { s.view.move(200 * 256, 0); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(200 * 256, 0); s.redraw(); }")
     walk.page.wait_for_timeout(300)
     assert len(walk.given_up) == 3
     assert len(walk.asked) == start + 6
@@ -191,7 +191,7 @@ def test_what_is_out_of_sight_is_given_up(walk: Walk, texture: ia.Weave) -> None
     walk.still()
     assert not set(walk.asked[start + 3 :]) & set(asked)
     assert np.array_equal(walk.seen(), window(texture, walk.told()))
-    walk.sight.evaluate("s => { s.view.move(-500 * 256, 0); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(-500 * 256, 0); s.redraw(); }")
     walk.page.get_by_role("link", name="Gallery", exact=True).click()
     walk.page.wait_for_timeout(400)
     count = len(walk.asked)
@@ -203,7 +203,7 @@ def test_far_out_it_is_drawn_reduced(walk: Walk, texture: ia.Weave) -> None:
     walk.page.set_viewport_size({"width": 840, "height": 480})  # 64 tiles are drawn for each that is reduced
     walk.method("repeat")
     for _ in range(12):
-        half = "s => { s.view.zoom(s.view.scale / 2, s.canvas.width / 2, s.canvas.height / 2); s.moved(); }"
+        half = "s => { s.view.zoom(s.view.scale / 2, s.canvas.width / 2, s.canvas.height / 2); s.redraw(); }"
         walk.sight.evaluate(half)
     walk.still()
     told = walk.told()
@@ -254,7 +254,7 @@ def test_a_view_is_kept_and_its_command_copied(walk: Walk) -> None:
     command = walk.page.evaluate("navigator.clipboard.readText()")
     size, origin = f"{told['width']}x{told['height']}", f"{told['x']},{told['y']}"
     assert command == (
-        f"intarsia weave small.png --origin={origin} -o small_woven.tif --size={size} --method={PARALLEL} --seed=0"
+        f"intarsia weave small.png --origin={origin} -o small_woven.png --size={size} --method={PARALLEL} --seed=0"
     )
     walk.desk.button("Keep this view").click()
     expect(walk.page.get_by_text("it will be in the gallery")).to_be_visible()
@@ -270,12 +270,35 @@ def test_a_server_that_knows_nothing_of_it_is_asked_anew(walk: Walk, texture: ia
     walk.method("repeat")
     count = len(walk.weaves)
     walk.page.route(TILE, lambda route: route.fulfill(status=404, json={"error": "no."}), times=1)
-    walk.sight.evaluate("s => { s.view.move(-30 * 256, 0); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(-30 * 256, 0); s.redraw(); }")
     walk.page.wait_for_timeout(400)
     walk.still()
     assert len(walk.weaves) == count + 1
     assert np.array_equal(walk.seen(), window(texture, walk.told()))
     walk.desk.wrong.clear()
+
+
+def test_it_is_never_blank_and_says_what_goes_on(walk: Walk) -> None:
+    walk.method(PARALLEL)
+    before = walk.seen()
+    walk.page.route(TILE, lambda route: None)
+    says = walk.page.get_by_role("status").filter(has_text="Drawing what is in sight")
+    expect(says).to_be_hidden()
+    walk.desk.button("Another seed").click()
+    expect(says).to_be_visible()
+    assert np.array_equal(walk.seen(), before)  # what was seen stays until the new one comes
+    walk.desk.room("Gallery")
+    walk.desk.room("Endless")
+    expect(says).to_be_visible()
+    walk.desk.until(lambda: drawn(walk.sight)[..., 3].all())  # the example, dim
+    dim = drawn(walk.sight)
+    assert dim[..., 3].max() < 255
+    assert dim[..., :3].std() > 10
+    walk.page.unroute(TILE)
+    walk.sight.evaluate("s => { s.view.move(-100 * 256, 0); s.redraw(); }")
+    walk.still()
+    expect(says).to_be_hidden()
+    walk.seen()
 
 
 def test_two_tabs_do_not_disturb_one_another(browser: Browser, served: Served, walk: Walk, texture: ia.Weave) -> None:
@@ -293,7 +316,7 @@ def test_two_tabs_do_not_disturb_one_another(browser: Browser, served: Served, w
 
 def test_where_one_was_is_kept(walk: Walk) -> None:
     walk.method("repeat")
-    walk.sight.evaluate("s => { s.view.move(-1000, 300); s.moved(); }")
+    walk.sight.evaluate("s => { s.view.move(-1000, 300); s.redraw(); }")
     before = walk.still().told()
     walk.desk.room("Gallery")
     walk.desk.room("Endless")

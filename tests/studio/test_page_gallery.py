@@ -92,6 +92,11 @@ def test_all_of_it_is_taken(gallery: Desk) -> None:
     with gallery.page.expect_download() as got:
         gallery.page.locator(".made").first.get_by_role("link", name="Download all").click()
     assert got.value.path().read_bytes()[:2] == b"PK"
+    assert got.value.suggested_filename == "tiles_grown_image-quilting_s11.zip"  # others do not collide with it
+    gallery.room("Grow")
+    with gallery.page.expect_download() as got:
+        gallery.page.get_by_role("link", name="Download", exact=True).click()
+    assert got.value.suggested_filename == "tiles_grown_image-quilting_s11.png"
 
 
 def test_what_was_softened_has_no_other_seed(gallery: Desk) -> None:

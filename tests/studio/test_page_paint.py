@@ -151,7 +151,6 @@ def test_strokes_are_undone_redone_and_erased(paint: Desk) -> None:
     assert np.array_equal(labels(paint, 1), once)
     paint.button("Undo").click()
     assert np.array_equal(labels(paint, 1), empty)
-    assert paint.button("Undo").is_disabled()
     paint.page.keyboard.press("Control+Shift+z")
     paint.button("Redo").click()
     assert np.array_equal(labels(paint, 1), twice)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
-ROOMS = ("Grow", "Inspect", "Paint", "Mend", "Gallery")
+ROOMS = ("Grow", "Inspect", "Paint", "Mend", "Endless", "Gallery")
 
 
 def ground(page: Desk) -> str:
@@ -50,14 +50,20 @@ def test_grays_have_no_tint(page: Desk) -> None:
         {"viewport": {"width": 1280, "height": 720}},
         {"viewport": {"width": 1024, "height": 768}, "has_touch": True},
         {"viewport": {"width": 1920, "height": 1080}, "color_scheme": "light"},
+        {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True},
+        {"viewport": {"width": 820, "height": 1180}, "has_touch": True},
+        {"viewport": {"width": 2560, "height": 1440}},
     ],
-    ids=["desk", "tablet", "large"],
+    ids=["desk", "tablet", "large", "phone", "upright", "wall"],
 )
 def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: Served, how: Any) -> None:
     pebbles = served.post("/api/exemplars", {"sample": "pebbles"})["id"]
     assert served.ended(served.job("grow", [pebbles], method="best-tile", wrap="both"))["state"] == "failed"
     with desk(browser, served, **how) as page:
         page.sample("tiles")
+        page.quick()
+        page.button("Grow").click()
+        page.grown()
         for room in ROOMS:
             page.room(room)
             page.page.wait_for_timeout(300)
@@ -71,7 +77,7 @@ def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: 
             assert nameless == [], room
             wide = page.page.evaluate(
                 """() => [...document.querySelectorAll("button, input, select")]
-                  .filter(e => e.checkVisibility() && !e.closest(".strip, .unseen, .sheet"))
+                  .filter(e => e.checkVisibility() && !e.closest(".strip, .others, .unseen, .sheet"))
                   .filter(e => { const b = e.getBoundingClientRect(); return b.right > innerWidth + 1 || b.left < -1; })
                   .map(e => e.outerHTML)"""
             )
@@ -80,11 +86,31 @@ def test_every_room_fits_and_every_control_has_a_name(browser: Browser, served: 
             assert page.page.evaluate(fits), room
             if how.get("has_touch"):
                 low = page.page.evaluate(
-                    """() => [...document.querySelectorAll(".button:not(.segments .button)")]
+                    """() => [...document.querySelectorAll(".button, .thumb")]
                       .filter(e => e.checkVisibility() && matchMedia("(pointer: coarse)").matches)
-                      .filter(e => e.getBoundingClientRect().height < 43).map(e => e.outerHTML)"""
+                      .filter(e => e.getBoundingClientRect().height < 40).map(e => e.outerHTML)"""
                 )
                 assert low == [], room
+
+
+def test_a_low_screen_gives_a_result_most_of_its_height(page: Desk) -> None:
+    page.sample("setts")  # a material, which has the most to choose from
+    page.page.get_by_role("spinbutton", name="Width in px").fill("96")
+    page.button("Grow").click()
+    page.grown()
+    assert page.stage().evaluate("s => s.clientHeight / innerHeight") >= 0.6
+
+
+def test_on_a_phone_all_stands_below_and_the_button_stays_in_sight(browser: Browser, served: Served) -> None:
+    with desk(browser, served, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True) as page:
+        page.sample("tiles")
+        stage, grow = page.stage().bounding_box(), page.button("Grow")
+        assert stage is not None
+        assert (stage["x"], stage["width"]) == (0, 390)
+        page.page.get_by_label("Seed", exact=True).scroll_into_view_if_needed()
+        page.page.locator(".fold > summary").last.scroll_into_view_if_needed()
+        expect(grow).to_be_in_viewport()
+        expect(page.page.locator(".fold > summary").last).to_be_in_viewport()
 
 
 def test_a_picture_is_grown_by_keys_alone(page: Desk) -> None:

@@ -207,7 +207,7 @@ class TestWindows:
         row = begun(served, small, kappa=3, **({"jitter_output": served.image(gray)} if painted else {}))
         asked = {"size": "300x200", "origin": "100,20"}
         found = served.post(f"/api/weaves/{row['id']}/window", asked, 200)
-        first = "intarsia weave small.png --origin=100,20 -o small_woven.tif --size=300x200 --method="
+        first = "intarsia weave small.png --origin=100,20 -o small_woven.png --size=300x200 --method="
         assert found["command"].startswith(first)
         assert " --seed=5" in found["command"]
         assert ("--jitter-output=jitter_output.png" in found["command"]) == painted

@@ -28,7 +28,7 @@ from . import uploads
 from .jobs import Jobs
 from .pictures import WITHIN, Drafts, Pictures, Showing, Sketches
 from .processes import Gone, Process
-from .requests import LIMITS, asked_of, schema, usual, words_of
+from .requests import LIMITS, asked_of, schema, words_of
 from .requests import options as options_of
 from .security import Safety, error
 from .store import Bin, Events, Row, Store, digest
@@ -106,14 +106,34 @@ class Studio:
             async with request.form(max_files=LIMITS["files"], max_fields=8) as form:
                 parts = [(f.filename or "", await f.read()) for f in form.getlist("files") if not isinstance(f, str)]
             if not parts:
-                raise ParameterError("no file came; send them as the field files.")
-            return self._opened(await self.uploads.exemplar(parts))
+                raise ParameterError("no file came; drop a picture.")
+            return await self._brought(parts)
         given = await said(request)
         if set(given) == {"sample"}:
             return self._opened(await self.uploads.sample(given["sample"]))
         if set(given) == {"result"}:
             return self._opened(await self.uploads.result(given["result"]))
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
+
+    async def _brought(self, parts: list[uploads.Part]) -> Row:
+        """Open files, one exemplar or several; return the first one, how many there are, and which were refused."""
+        rows, refused = list[Row](), list[str]()
+        for files in reversed(await self.uploads.sets(parts)):  # so that the first one is the newest
+            try:
+                rows.append(self._opened(await self.uploads.exemplar(files)))
+            except IntarsiaError as e:
+                refused.append(str(e))
+        if not rows:
+            raise InputError(" ".join(refused))
+        return rows[-1] | {"opened": len(rows), "refused": refused}
+
+    async def rename(self, request: Request, kind: str, name: str) -> Row:
+        row, own = self.store.row(kind, name), (await said(request)).get("name")
+        if not isinstance(own, str) or not own.isprintable() or len(own.strip()) not in range(kind != "jobs", 81):
+            raise ParameterError("name: give 1 to 80 characters that can be printed.")
+        row = self.store.put(kind, row | {"name": own.strip()})
+        self.events.tell(kind[:-1], row)
+        return row
 
     def _opened(self, row: Row) -> Row:
         self.events.tell("exemplar", row)
@@ -154,7 +174,9 @@ class Studio:
     def file(self, request: Request, result: Row, file: str) -> Response:
         if file not in [entry["name"] for entry in result["files"]]:
             raise HTTPException(404, "there is no such file.")
-        return FileResponse(self.store.place("results", result["id"]) / file, filename=file, headers=KEPT)
+        return FileResponse(
+            self.store.place("results", result["id"]) / file, filename=called(result, file), headers=KEPT
+        )
 
     async def origins(self, request: Request, result: Row) -> Response:
         width, height, data = await self.showing.origins(result, box_of(request) or [0, 0, SIDE, SIDE])
@@ -163,8 +185,8 @@ class Studio:
 
     async def archive(self, request: Request, result: Row) -> Response:
         path = await self.showing.archive(result)
-        called = f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip"
-        return _once(path, called)
+        stem = Path(result["pictures"][0]).stem if result["pictures"] else "result"
+        return _once(path, called(result, f"{stem}.zip"))
 
     async def engine(self, request: Request, engine: str, **row: Row) -> Response:
         ((kind, of),) = row.items()
@@ -172,8 +194,8 @@ class Studio:
         return _once(path, f"{of.get('name') or Path(of['pictures'][0]).stem}_{engine}.zip")
 
     async def report(self, request: Request, result: Row) -> Response:
-        page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
-        headers = KEPT | {"Content-Disposition": f'attachment; filename="{called}"'}
+        page, own = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
+        headers = KEPT | {"Content-Disposition": f'attachment; filename="{own}"'}
         return Response(page, media_type="text/html", headers=headers)
 
     async def put_weave(self, request: Request) -> Row:
@@ -194,6 +216,8 @@ class Studio:
             ("GET", "/api/{kind:taken}", 200, lambda _, kind: [jobs.now(row) for row in store.all(kind)]),
             ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
             ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: bin.take(kind, name)),
+            ("POST", "/api/{kind:taken}/{name}/name", 200, self.rename),
+            ("GET", "/api/disk", 200, lambda _: {"folder": str(store.folder), "bytes": store.weight()}),
             ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: bin.back(kind, name)),
             ("GET", "/api/exemplars/{exemplar}/{plane}.png", 200,
              lambda request, exemplar, plane: showing.exemplar(exemplar, plane, sight_of(request))),
@@ -251,9 +275,16 @@ class Studio:
         return handler
 
 
-def _once(path: Path, called: str) -> Response:
+def _once(path: Path, name: str) -> Response:
     """Return a file to download, whose folder is removed afterwards."""
-    return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
+    return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
+
+
+def called(result: Row, name: str) -> str:
+    """Return the name that a file of a result is downloaded under: with method and seed, by which results differ."""
+    method, seed = map(result["options"].get, ("method", "seed"))
+    more = [method, seed and f"s{seed}"]
+    return "_".join([Path(name).stem, *(each for each in more if each and each != AUTO_METHOD)]) + Path(name).suffix
 
 
 async def said(request: Request) -> Row:
@@ -367,5 +398,5 @@ class Weaves:
             raise ParameterError("give size (WIDTHxHEIGHT) and origin (X,Y) in px, and nothing else.")
         job = job | {"options": job["options"] | given}
         words = words_of(job, self.store)
-        told = words.asked(f"{usual(job, self.store)}_woven.tif")
+        told = words.asked(words.request.out or "")
         return {"job": job, "command": to_line(told, joined=True), "needs": list(words.called.values())}

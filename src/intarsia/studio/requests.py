@@ -18,6 +18,7 @@ from ..request.field import Field
 from ..request.fields import PICTURE_VERBS
 from ..request.python import to_python
 from .store import ID, Row, Store
+from .uploads import stem_of
 
 VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")
 """The commands that a job can be."""
@@ -174,7 +175,11 @@ def words_of(job: Row, store: Store) -> Words:
     told = {name: words.value(known[name], value) for name, value in given.items() if value is not None}
     if verb == "render":
         more["out"] = f"{usual(job, store)}_rendered.png"
-    elif verb != "weave":
+    elif verb == "weave":
+        row = store.get("exemplars", exemplars[0]) or {"depth": 8, "planes": []}
+        plain = row["depth"] <= 16 and len(row["planes"]) == 1  # a TIFF is streamed, and has a ledger beside it
+        more["out"] = f"{usual(job, store)}_woven.{'png' if plain else 'tif'}"
+    else:
         more["save_map"] = MAP
     words.request = from_json(verb, told, as_json=True, **more)
     return words
@@ -183,7 +188,7 @@ def words_of(job: Row, store: Store) -> Words:
 def usual(job: Row, store: Store) -> str:
     """Return the name of the first exemplar, from which results are named."""
     row = store.get("exemplars", job["exemplars"][0]) if job["exemplars"] else None
-    return "map" if row is None else str(row["name"])
+    return "map" if row is None else stem_of(f"{row['name']}.")
 
 
 def origin_of(store: Store, exemplars: Sequence[str]) -> Row | None:

@@ -173,6 +173,14 @@ class Store:
     def _note(self, kind: str, name: str) -> Path:
         return self.folder / kind / (f"{name}{TOLD}" if kind == "images" else f"{name}/{TOLD}")
 
+    def weight(self) -> int:
+        """Return how many bytes of disk the folder takes."""
+        total = 0
+        for path in self.folder.rglob("*"):
+            with suppress(OSError):  # it may just have gone
+                total += path.lstat().st_size
+        return total
+
     def _fresh(self, kind: str) -> Path:
         """Return an unused path for temporary files."""
         return self.folder / kind / f"{HIDDEN}{os.urandom(8).hex()}"

@@ -10,15 +10,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..foundation import SAMPLES, InputError, said
+from ..foundation import SAMPLES, InputError, printable, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
 
 MOST_BYTES = 3 << 30  # of address space of the decoding process
 WITHIN = 30.0  # s to decode an exemplar
 
+PNG = b"\x89PNG\r\n\x1a\n"
+Part = tuple[str, bytes]
+"""The name of a file, and what it holds."""
+
 MAGIC = {
-    b"\x89PNG\r\n\x1a\n": (".png",),
+    PNG: (".png",),
     b"\xff\xd8\xff": (".jpg", ".jpeg"),
     **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
     b"v/1\x01": (".exr",),
@@ -35,11 +39,13 @@ MAGIC = {
 
 def ending_of(data: bytes, name: str) -> str:
     """Return the ending for a file by its first bytes; InputError if they are of no known format."""
+    if not data:
+        raise InputError(f"{printable(name)} is empty; give the picture itself.")
     for mark, endings in MAGIC.items():
         if data.startswith(mark) and (mark != b"RIFF" or data[8:12] == b"WEBP"):
             own = Path(name).suffix.lower()
             return own if own in endings else endings[0]
-    raise InputError("this is no picture in a format that is read here; send PNG, JPEG, TIFF, EXR, HDR, WebP or BMP.")
+    raise InputError(f"{printable(name)} is no picture: give PNG, JPEG, TIFF, EXR, HDR, WebP, GIF or BMP.")
 
 
 def stem_of(name: str) -> str:
@@ -56,16 +62,24 @@ class Uploads:
     def __init__(self, store: Store, looker: Process) -> None:
         self.store, self.looker = store, looker
 
-    async def exemplar(self, parts: Sequence[tuple[str, bytes]], more: Row | None = None) -> Row:
-        """Store the files of one exemplar, given as (name, contents), and what more is known of it."""
+    async def sets(self, parts: Sequence[Part]) -> list[list[Part]]:
+        """Sort files into exemplars by their names, as the command does."""
+        named = dict[str, Part]()
+        for name, data in parts:
+            own = stem_of(name) + Path(name).suffix.lower()
+            if own in named:
+                raise InputError(f"two files are called {own}; rename one.")
+            named[own] = name, data
+        found, _ = await self.looker.ask("sets", within=WITHIN, names=list(named))
+        return [[named[own] for own in names] for names in found["sets"]]
+
+    async def exemplar(self, parts: Sequence[Part], more: Row | None = None) -> Row:
+        """Store the files of one exemplar, and what more is known of it."""
         with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
-                own = stem_of(name) + ending_of(data[:32], name)
-                if own in names:
-                    raise InputError(f"two files are called {own}; rename one.")
-                names.append(own)
-                await asyncio.to_thread((folder / own).write_bytes, data)
+                names.append(stem_of(name) + ending_of(data[:32], name))
+                await asyncio.to_thread((folder / names[-1]).write_bytes, data)
             return await self.kept(folder, names, more)
 
     async def sample(self, name: Any) -> Row:
@@ -91,7 +105,7 @@ class Uploads:
 
     async def image(self, data: bytes) -> Row:
         """Store a picture of numbers: labels, a mask."""
-        if ending_of(data[:32], "x.png") != ".png":
+        if not data.startswith(PNG):
             raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
         with self.folder("images") as folder:
             path = folder / "image.png"

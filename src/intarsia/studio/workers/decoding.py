@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ... import files
+from ...files.decode import pillow_opened
 from ...files.png import encode_png
 from ...foundation import InputError
 from ...foundation.arrays import UInt8
@@ -20,6 +21,10 @@ from ...model.sourcemap import SourceMap
 from .worker import Answer, Json, Tell
 
 Pixels = UInt8
+PILLOWS = {".gif": "gif", ".webp": "webp", ".jpg": "jpeg", ".jpeg": "jpeg"}
+"""Endings of files that may hold more than is used, and their formats."""
+
+FEW = 32  # px a side: less is hardly a texture
 
 
 def seen(plane: Plane) -> Pixels:
@@ -99,6 +104,11 @@ def exemplar_of(paths: list[str]) -> Exemplar:
     return files.read_set(_group(paths))
 
 
+def sets(said: Json, tell: Tell) -> Answer:
+    """Sort names of files into exemplars."""
+    return {"sets": [list(found.values()) for found in files.group(said["names"])]}, b""
+
+
 def look(said: Json, tell: Tell) -> Answer:
     """Read the files of one exemplar; return its name, size, depth and planes."""
     paths = said["paths"]
@@ -111,8 +121,20 @@ def look(said: Json, tell: Tell) -> Answer:
     if exemplar.usable is not None:
         planes.append({"name": "mask", "normals": None, "proposed": False})
     own = {"name": exemplar.name.rpartition(":")[2] or Path(paths[0]).stem, "width": base.width, "height": base.height}
+    told = [line for path in paths if Path(path).suffix in PILLOWS for line in _lost(Path(path))]
+    if min(base.width, base.height) < FEW:
+        told.append(f"{own['name']} has {base.width}x{base.height} px: below {FEW} there is hardly a texture.")
     depth = 1 if base.pixels.dtype == bool else 8 * base.pixels.dtype.itemsize
-    return {**own, "depth": depth, "planes": planes}, b""
+    return {**own, "depth": depth, "planes": planes, **({"told": told} if told else {})}, b""
+
+
+def _lost(path: Path) -> Iterator[str]:
+    """Yield what of a file is not used, in words."""
+    with pillow_opened(PILLOWS[path.suffix], path.read_bytes()) as image:
+        if getattr(image, "is_animated", False):
+            yield f"{path.name} is animated: its first picture is used."
+        if image.mode == "CMYK":
+            yield f"{path.name} is made for print (CMYK): its colours were turned into RGB, and may look different."
 
 
 def labels(said: Json, tell: Tell) -> Answer:

@@ -22,7 +22,7 @@ Tell = Callable[..., None]
 
 WORK = {
     "commands": ("command", "warm", "sketch"),
-    "decoding": ("look", "labels", "see", "origins"),
+    "decoding": ("sets", "look", "labels", "see", "origins"),
     "drafts": ("draft",),
     "views": ("view", "places", "find", "overlay", "rim", "edit"),
     "labels": ("propose",),

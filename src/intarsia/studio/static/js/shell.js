@@ -1,9 +1,10 @@
 /** The frame around all rooms: which room, how the server is, light or dark; and files that are dropped or pasted anywhere. */
 
-import { button, el, fill } from "./core/dom.js";
+import { button, el, fill, typing } from "./core/dom.js";
 import { icon } from "./core/icons.js";
 import { exemplarOf, store } from "./core/store.js";
 import { turn } from "./core/theme.js";
+import { takeOffer } from "./core/toast.js";
 import { bringFiles, filesOf } from "./parts/bring.js";
 import { EndlessRoom } from "./rooms/endless.js";
 import { FoundRoom } from "./rooms/found.js";
@@ -93,7 +94,21 @@ class Shell extends HTMLElement {
     fill(this.main, start ? new StartRoom() : new room.room());
   }
 
+  /** Undo the last change in the room that is shown, or what was offered to be undone after it; or make it again.
+   * @param {KeyboardEvent} event */
+  #undo(event) {
+    const key = event.key.toLowerCase();
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || !["y", "z"].includes(key)) return;
+    if (typing(event) && !(event.target instanceof HTMLSelectElement)) return;
+    event.preventDefault();
+    /** @type {import("./core/past.js").Past | undefined} */
+    const past = /** @type {any} */ (this.main.firstElementChild)?.past;
+    if (key === "y" || event.shiftKey) past?.redo();
+    else if (!takeOffer(past?.done.at(-1)?.at ?? 0)) past?.undo();
+  }
+
   #listen() {
+    addEventListener("keydown", (e) => this.#undo(e));
     let depth = 0;
     const over = (/** @type {number} */ by) => {
       depth = Math.max(0, depth + by);

@@ -80,6 +80,15 @@ export function button(label, act, more = {}) {
   );
 }
 
+/** An element that listens until it leaves the page. */
+export class Living extends HTMLElement {
+  gone = new AbortController();
+
+  disconnectedCallback() {
+    this.gone.abort();
+  }
+}
+
 /** Call `act` now and at every change, for as long as an element is on the page; it may be put there later.
  * @param {EventTarget} target @param {Element} element @param {() => void} act @param {string} [topic] of the change */
 export function follow(target, element, act, topic = "change") {

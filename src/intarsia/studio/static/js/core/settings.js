@@ -1,10 +1,9 @@
 /** What growing is asked with: options by name, changed one at a time, with undo and redo. Left out means automatic. */
 
 import { kept } from "./kept.js";
+import { Past } from "./past.js";
 
 /** @typedef {import("./types.js").Options} Options */
-
-const MOMENT = 700;
 
 /** @type {Settings[]} */
 const all = [];
@@ -12,16 +11,12 @@ const all = [];
 export class Settings extends EventTarget {
   /** @type {Options} */
   #now = {};
-  /** @type {Options[]} */
-  #before = [];
-  /** @type {Options[]} */
-  #after = [];
-  #last = { name: "", at: 0 };
 
-  /** @param {string} name under which they are kept */
-  constructor(name) {
+  /** @param {string} name under which they are kept @param {Past} [past] where their changes are remembered */
+  constructor(name, past = new Past()) {
     super();
     this.name = name;
+    this.past = past;
     all.push(this);
   }
 
@@ -31,8 +26,10 @@ export class Settings extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  #tell() {
-    kept.set({ settings: { ...kept.of().settings, [this.name]: this.#now } });
+  /** @param {Options} options */
+  #go(options) {
+    this.#now = options;
+    kept.set({ settings: { ...kept.of().settings, [this.name]: options } });
     this.dispatchEvent(new Event("change"));
   }
 
@@ -58,41 +55,10 @@ export class Settings extends EventTarget {
 
   /** @param {Options} next @param {string} name */
   #take(next, name) {
-    if (JSON.stringify(next) === JSON.stringify(this.#now)) return;
-    const at = Date.now();
-    if (!name || name !== this.#last.name || at - this.#last.at > MOMENT || !this.#before.length) {
-      this.#before.push(this.#now);
-    }
-    this.#last = { name, at };
-    this.#after = [];
-    this.#now = next;
-    this.#tell();
-  }
-
-  get canUndo() {
-    return this.#before.length > 0;
-  }
-
-  get canRedo() {
-    return this.#after.length > 0;
-  }
-
-  undo() {
-    this.#step(this.#before, this.#after);
-  }
-
-  redo() {
-    this.#step(this.#after, this.#before);
-  }
-
-  /** @param {Options[]} from @param {Options[]} to */
-  #step(from, to) {
-    const next = from.pop();
-    if (!next) return;
-    to.push(this.#now);
-    this.#now = next;
-    this.#last = { name: "", at: 0 };
-    this.#tell();
+    const before = this.#now;
+    if (JSON.stringify(next) === JSON.stringify(before)) return;
+    this.#go(next);
+    this.past.add(() => this.#go(before), () => this.#go(next), name && `${this.name} ${name}`);
   }
 }
 

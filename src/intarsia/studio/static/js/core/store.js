@@ -1,6 +1,6 @@
 /** What the page knows: exemplars, jobs, results, and which of them are looked at. Who shows it listens for its changes. */
 
-import { get, picture, post, remove, lookOf, viewOf } from "./api.js";
+import { get, picture, post, remove, lookOf } from "./api.js";
 import { kept } from "./kept.js";
 import { busy } from "./words.js";
 
@@ -100,15 +100,29 @@ class Store extends EventTarget {
   opened(exemplar) {
     this.#gone.delete(exemplar.id);
     this.exemplars = [exemplar, ...this.exemplars.filter((each) => each.id !== exemplar.id)].sort(newest);
+    if (this.exemplar?.id === exemplar.id && this.exemplar.name !== exemplar.name) {
+      this.exemplar = exemplar;
+      this.tell("exemplar");
+    }
     this.tell("exemplars");
   }
 
   /** A new exemplar: files, a built-in sample, or a result.
-   * @param {FormData | {sample: string} | {result: string}} from */
+   * @param {FormData | {sample: string} | {result: string}} from
+   * @returns {Promise<Exemplar & {opened?: number, refused?: string[]}>} with how many files made, and which lines were said */
   async bring(from) {
     const brought = await post("/api/exemplars", from);
     await this.ready;
     this.choose(brought);
+    return brought;
+  }
+
+  /** @param {"jobs" | "exemplars"} kind @param {string} id @param {string} name */
+  async rename(kind, id, name) {
+    const row = await post(`/api/${kind}/${id}/name`, { name });
+    if (kind === "jobs") this.note(row);
+    else this.opened(row);
+    return row;
   }
 
   /** @param {Job} job */
@@ -237,11 +251,6 @@ class Store extends EventTarget {
       this.#pictures.delete(oldest);
     }
     return known;
-  }
-
-  /** @param {Exemplar} exemplar */
-  exemplarPicture(exemplar) {
-    return this.picture(viewOf(exemplar));
   }
 }
 

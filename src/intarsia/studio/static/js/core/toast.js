@@ -16,20 +16,31 @@ function show(line, bad, more) {
   const line_ = el("div", { class: bad ? "toast bad" : "toast", role: bad ? "alert" : "status" }, el("span", {}, line), more, put);
   document.body.append(line_);
   shown = line_;
-  if (!bad && !more) setTimeout(() => line_.remove(), 4000);
   return line_;
 }
 
-/** Say what was done, and offer something about it for ten seconds.
- * @param {string} line @param {string} name of what can be done @param {() => void} act */
-export function offer(line, name, act) {
-  const line_ = show(line, false, button(name, () => [line_.remove(), act()], { class: "framed" }));
+/** Say what was done, and offer to undo it for ten seconds.
+ * @param {string} line @param {() => void} act */
+export function offer(line, act) {
+  const line_ = show(line, false, button("Undo", () => [line_.remove(), act()], { class: "framed" }));
+  line_.dataset.at = String(Date.now());
   setTimeout(() => line_.remove(), OFFERED);
 }
 
-/** @param {string} line */
-export function say(line) {
-  show(line, false);
+/** Undo what was offered after a time, if it still stands.
+ * @param {number} since @returns {boolean} */
+export function takeOffer(since) {
+  const stands = shown?.isConnected && Number(shown.dataset.at) >= since;
+  if (stands) shown?.querySelector("button")?.click();
+  return Boolean(stands);
+}
+
+/** @param {string} line @param {boolean} [stays] until it is put away, or something else is said
+ * @returns {HTMLElement} */
+export function say(line, stays = false) {
+  const line_ = show(line, false);
+  if (!stays) setTimeout(() => line_.remove(), 4000);
+  return line_;
 }
 
 /** @param {unknown} error */

@@ -1,7 +1,6 @@
 /** What is seen of an endless canvas: tiles where the view lies, moved and zoomed for ever. */
 
-import { el } from "../core/dom.js";
-import { Gestures } from "../stage/gestures.js";
+import { Ground } from "../stage/ground.js";
 import { View } from "../stage/view.js";
 import { SIDE } from "./tiles.js";
 
@@ -26,35 +25,28 @@ export class FarView extends View {
   }
 }
 
-export class Sight extends HTMLElement {
-  canvas = el("canvas", { role: "img" });
-  #asked = 0;
+/** @extends {Ground<FarView>} */
+export class Sight extends Ground {
   #begun = false;
+  /** @type {{picture: ImageBitmap, width: number} | null} the example, and how wide it is: it is seen until tiles come */
+  ground = null;
 
   /** @param {import("./tiles.js").Tiles} tiles @param {FarView} view */
   constructor(tiles, view) {
-    super();
+    super(view);
     this.tiles = tiles;
-    this.view = view;
-    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => null });
   }
 
   connectedCallback() {
-    this.classList.add("stage");
-    this.tabIndex = 0;
-    if (!this.canvas.isConnected) this.prepend(this.canvas);
+    super.connectedCallback();
     this.gone = new AbortController();
     this.tiles.addEventListener("change", () => this.draw(), { signal: this.gone.signal });
-    this.observer = new ResizeObserver(() => this.#resize());
-    this.observer.observe(this);
   }
 
   disconnectedCallback() {
-    this.observer?.disconnect();
+    super.disconnectedCallback();
     this.gone?.abort();
     this.tiles.stop();
-    cancelAnimationFrame(this.#asked);
-    this.#asked = 0;
   }
 
   /** @param {string} name what is seen, for those who do not see it */
@@ -62,46 +54,26 @@ export class Sight extends HTMLElement {
     this.canvas.setAttribute("aria-label", name);
   }
 
-  #resize() {
-    const [wide, high] = [this.canvas.width, this.canvas.height];
-    this.canvas.width = Math.max(1, Math.round(this.clientWidth * devicePixelRatio));
-    this.canvas.height = Math.max(1, Math.round(this.clientHeight * devicePixelRatio));
+  /** @param {number} wide @param {number} high */
+  resized(wide, high) {
     if (this.#begun) this.view.move((this.canvas.width - wide) / 2, (this.canvas.height - high) / 2);
-    else if (this.view.x === 0 && this.view.y === 0) this.home();
+    else if (this.view.x === 0 && this.view.y === 0) this.fit();
     this.#begun = true;
     this.#draw();
     this.look();
   }
 
   /** Go to where it begins, a pixel for a pixel. */
-  home() {
+  fit() {
     this.view.scale = 1;
     this.view.x = Math.round(this.canvas.width / 2);
     this.view.y = Math.round(this.canvas.height / 2);
-    this.moved();
-  }
-
-  /** A pixel for a pixel, the middle where it was. */
-  whole() {
-    this.view.zoom(1, this.canvas.width / 2, this.canvas.height / 2);
-    this.view.x = Math.round(this.view.x);
-    this.view.y = Math.round(this.view.y);
-    this.moved();
-  }
-
-  moved() {
-    this.draw();
-    this.dispatchEvent(new Event("view"));
+    this.redraw();
   }
 
   /** Draw at the next frame, and ask for what is then in sight. */
   draw() {
-    if (this.#asked) return;
-    this.#asked = requestAnimationFrame(() => {
-      this.#asked = 0;
-      this.look();
-      this.#draw();
-    });
+    this.next(() => [this.look(), this.#draw()]);
   }
 
   /** @returns {{x: number, y: number, width: number, height: number}} what is in sight, in whole px of the canvas */
@@ -141,11 +113,29 @@ export class Sight extends HTMLElement {
     pen.imageSmoothingEnabled = this.view.scale < 2;
     pen.imageSmoothingQuality = "low";
     const places = this.places;
-    if (places.some((place) => !this.tiles.get(place))) this.#others(pen, this.view.level);
+    if (places.some((place) => !this.tiles.get(place))) {
+      this.#ground(pen);
+      for (const tile of this.tiles.former.values()) this.#tile(pen, tile);
+      this.#others(pen, this.view.level);
+    }
     for (const place of places) {
       const tile = this.tiles.get(place);
       if (tile) this.#tile(pen, tile);
     }
+    this.dispatchEvent(new Event("drawn"));
+  }
+
+  /** The example again and again, dim, as nothing of this texture is there yet.
+   * @param {CanvasRenderingContext2D} pen */
+  #ground(pen) {
+    const pattern = this.ground && pen.createPattern(this.ground.picture, "repeat");
+    if (!this.ground || !pattern) return;
+    const scale = (this.view.scale * this.ground.width) / this.ground.picture.width;
+    pattern.setTransform(new DOMMatrix([scale, 0, 0, scale, this.view.x, this.view.y]));
+    pen.fillStyle = pattern;
+    pen.globalAlpha = 0.4;
+    pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.globalAlpha = 1;
   }
 
   /** What is known of other levels, until what is wanted comes: coarser ones first, finer ones over them.

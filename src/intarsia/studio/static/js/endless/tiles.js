@@ -20,6 +20,8 @@ export class Tiles extends EventTarget {
   weave = "";
   /** @type {Map<string, Tile>} those used longest ago first */
   #held = new Map();
+  /** @type {Map<string, Tile>} those of the canvas before, which are seen until others come in their place */
+  former = new Map();
   /** @type {Map<string, AbortController>} */
   #asked = new Map();
   /** @type {Place[]} */
@@ -33,9 +35,19 @@ export class Tiles extends EventTarget {
     if (weave === this.weave) return;
     this.weave = weave;
     this.#drop([...this.#asked.keys()]);
-    for (const tile of this.#held.values()) tile.picture.close();
+    if (this.former.size > MOST) this.forget();
+    for (const [name, tile] of this.#held) {
+      this.former.get(name)?.picture.close();
+      this.former.set(name, tile);
+    }
     this.#held.clear();
     this.#go();
+  }
+
+  /** Keep nothing of the canvases before. */
+  forget() {
+    for (const tile of this.former.values()) tile.picture.close();
+    this.former.clear();
   }
 
   /** @returns {Iterable<Tile>} all that are there */
@@ -112,8 +124,12 @@ export class Tiles extends EventTarget {
 
   /** @param {Place} place @param {ImageBitmap} picture */
   #take(place, picture) {
-    this.#held.set(nameOf(place), { ...place, picture });
+    const name = nameOf(place);
+    this.#held.set(name, { ...place, picture });
     this.came += 1;
+    this.former.get(name)?.picture.close();
+    this.former.delete(name);
+    if (!this.missing) this.forget();
     for (const [oldest, tile] of this.#held) {
       if (this.#held.size <= MOST) break;
       tile.picture.close();

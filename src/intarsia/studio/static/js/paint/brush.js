@@ -1,6 +1,7 @@
 /** The tools that paint numbers on a stage: brush, eraser and fill; they take the strokes of a pointer and never wait. */
 
 import { follow } from "../core/dom.js";
+import { Past } from "../core/past.js";
 import { History } from "./history.js";
 
 /** @typedef {import("./labels.js").Labels} Labels */
@@ -13,7 +14,8 @@ export class Kit extends EventTarget {
   tool = "brush";
   size = 32;
   value = 1;
-  history = new History();
+  past = new Past();
+  history = new History(this.past);
 
   constructor() {
     super();

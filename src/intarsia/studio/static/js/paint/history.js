@@ -2,17 +2,18 @@
 
 /** @typedef {import("./labels.js").Labels} Labels */
 /** @typedef {import("./labels.js").Box} Box */
-/** @typedef {{labels: Labels | null, back: () => void, again: () => void}} Change null: not of labels, but of their names */
+/** @typedef {{labels: Labels | null, back: () => void, again: () => void}} Change null: not of labels */
 
-const MOST = 200;
-
+/** Tells "change" where something was painted, or is as it was before. */
 export class History extends EventTarget {
-  /** @type {Change[]} */
-  #done = [];
-  /** @type {Change[]} */
-  #undone = [];
   /** @type {Labels | null} what was changed last */
   last = null;
+
+  /** @param {import("../core/past.js").Past} past where changes are remembered */
+  constructor(past) {
+    super();
+    this.past = past;
+  }
 
   /** Remember a change that was made to a copy's original.
    * @param {Labels} labels as they are now @param {Uint8Array} before all of them as they were */
@@ -25,36 +26,14 @@ export class History extends EventTarget {
 
   /** Remember what was done.
    * @param {Change} change @param {boolean} [due] whether it is to be done now */
-  add(change, due) {
-    if (this.#done.length === MOST) this.#done.shift();
-    this.#undone = [];
-    this.#step([change], this.#done, due ? "again" : null);
-  }
-
-  get canUndo() {
-    return this.#done.length > 0;
-  }
-
-  get canRedo() {
-    return this.#undone.length > 0;
-  }
-
-  undo() {
-    this.#step(this.#done, this.#undone, "back");
-  }
-
-  redo() {
-    this.#step(this.#undone, this.#done, "again");
-  }
-
-  /** @param {Change[]} from @param {Change[]} to @param {"back" | "again" | null} way */
-  #step(from, to, way) {
-    const change = from.pop();
-    if (!change) return;
-    to.push(change);
-    if (way) change[way]();
-    this.last = change.labels;
-    this.dispatchEvent(new Event("change"));
+  add({ labels, back, again }, due) {
+    const tell = (/** @type {(() => void)[]} */ ...acts) => {
+      for (const act of acts) act();
+      this.last = labels;
+      this.dispatchEvent(new Event("change"));
+    };
+    this.past.add(() => tell(back), () => tell(again));
+    tell(...(due ? [again] : []));
   }
 }
 

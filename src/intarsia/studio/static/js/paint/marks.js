@@ -2,10 +2,11 @@
 
 import { numbers } from "../core/api.js";
 import { kept } from "../core/kept.js";
+import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
+import { Labels } from "./labels.js";
 import { send } from "./send.js";
 
-/** @typedef {import("./labels.js").Labels} Labels */
 /** @typedef {"source" | "target" | "hole" | "avoid"} Name */
 
 /** One is sent after another, so that the last one stays. */
@@ -28,6 +29,18 @@ export function keep(exemplar, name, labels, meaning) {
     });
   });
   return sent;
+}
+
+/** What was painted over the exemplar that is worked with; at first what was kept of it.
+ * @param {Map<string, Labels>} known of each exemplar @param {Name} name @param {() => void} came what was kept is there
+ * @param {(value: number) => number} [meaning] of what was kept @returns {Labels | null} */
+export function labelsOf(known, name, came, meaning) {
+  const { exemplar } = store;
+  if (!exemplar) return null;
+  const labels = known.get(exemplar.id) ?? new Labels(exemplar.width, exemplar.height);
+  if (!known.has(exemplar.id)) void restore(exemplar.id, name, labels, meaning).then(came);
+  known.set(exemplar.id, labels);
+  return labels;
 }
 
 /** Paint what was kept.

@@ -1,7 +1,8 @@
-/** The tools to paint with: which one, how large, undo and redo; and their keys. */
+/** The tools to paint with: which one, how large; and their keys. */
 
 import { button, el, follow, typing } from "../core/dom.js";
 import { icon } from "../core/icons.js";
+import { undoButtons } from "../parts/undo.js";
 
 /** @typedef {import("./brush.js").Kit} Kit */
 /** @typedef {import("./brush.js").Tool} Tool */
@@ -19,8 +20,6 @@ export function toolbar(kit) {
   const tools = TOOLS.map(({ tool, says, icon: name }) =>
     button(says, () => kit.set({ tool }), { icon: icon(name), bare: true, value: tool }),
   );
-  const undo = button("Undo", () => kit.history.undo(), { icon: icon("undo"), bare: true });
-  const redo = button("Redo", () => kit.history.redo(), { icon: icon("redo"), bare: true });
   const size = el("input", {
     class: "range", type: "range", min: "0", max: "100", step: "1", "aria-label": "Size of the brush",
     oninput: () => kit.set({ size: Math.round(512 ** (Number(size.value) / 100)) }),
@@ -28,8 +27,6 @@ export function toolbar(kit) {
   const told = el("output", { class: "small quiet number brush-size" });
   const show = () => {
     for (const each of tools) each.setAttribute("aria-pressed", String(each.value === kit.tool));
-    undo.disabled = !kit.history.canUndo;
-    redo.disabled = !kit.history.canRedo;
     if (document.activeElement !== size) size.value = String((100 * Math.log(kit.size)) / Math.log(512));
     told.textContent = `${kit.size} px`;
   };
@@ -37,7 +34,7 @@ export function toolbar(kit) {
   return el(
     "div",
     { class: "group", role: "toolbar", "aria-label": "Painting" },
-    el("div", { class: "tool-row" }, tools, el("span", { class: "gap" }), undo, redo),
+    el("div", { class: "tool-row" }, tools, el("span", { class: "gap" }), undoButtons(kit.past)),
     el("div", { class: "row" }, el("span", {}, "Brush"), el("span", { class: "joined" }, size, told)),
   );
 }
@@ -46,14 +43,10 @@ export function toolbar(kit) {
  * @param {Kit} kit @param {AbortSignal} signal @param {number} labels how many there are to choose from by digits */
 export function toolKeys(kit, signal, labels) {
   const act = (/** @type {KeyboardEvent} */ e) => {
-    if (typing(e)) return;
+    if (typing(e) || e.ctrlKey || e.metaKey) return;
     const key = e.key.toLowerCase();
     const tool = TOOLS.find((each) => each.key === key)?.tool;
-    if (e.ctrlKey || e.metaKey) {
-      if (key === "z" && !e.shiftKey) kit.history.undo();
-      else if (key === "y" || key === "z") kit.history.redo();
-      else return;
-    } else if (tool) kit.set({ tool });
+    if (tool) kit.set({ tool });
     else if (key === "[" || key === "]") kit.set({ size: key === "[" ? Math.min(kit.size - 1, kit.size / 1.2) : kit.size * 1.2 + 1 });
     else if (/^[1-9]$/.test(key) && Number(key) <= labels) kit.set({ value: Number(key) - 1, tool: "brush" });
     else return;

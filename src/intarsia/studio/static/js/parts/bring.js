@@ -2,20 +2,20 @@
 
 import { el } from "../core/dom.js";
 import { store } from "../core/store.js";
-import { complain, tried } from "../core/toast.js";
+import { complain, say } from "../core/toast.js";
 
 /** @param {DataTransfer | null} data @returns {File[]} */
 export function filesOf(data) {
   return [...(data?.files ?? [])];
 }
 
-/** Bring files in as one exemplar: a picture, or all planes of a material.
+/** Bring files in: a picture, all planes of a material, or several of these.
  * @param {File[]} files */
 export async function bringFiles(files) {
-  if (!files.length) return complain("Nothing to open: drop a picture, or all maps of one material.");
+  if (!files[0]) return complain("Nothing to open: drop a picture, or all maps of one material.");
   const form = new FormData();
   for (const file of files) form.append("files", file, file.name);
-  await brought(form);
+  await brought(form, files[1] ? `${files.length} files` : files[0].name);
 }
 
 /** @param {string} sample */
@@ -29,12 +29,22 @@ export async function carryOn(result) {
   await brought({ result });
 }
 
-/** @param {FormData | {sample: string} | {result: string}} from */
-async function brought(from) {
-  await tried(async () => {
-    await store.bring(from);
+/** @param {FormData | {sample: string} | {result: string}} from @param {string} [name] of what is read, which may take a while */
+async function brought(from, name) {
+  const sign = name ? say(`Opening ${name} …`, true) : null;
+  sign?.classList.add("opening");
+  try {
+    const { opened = 1, refused = [], told = [] } = await store.bring(from);
+    const lines = [opened > 1 ? `${opened} examples opened.` : "", ...refused, ...told].filter(Boolean);
+    if (refused.length) complain(lines.join(" "));
+    else if (lines.length) say(lines.join(" "), told.length > 0);
     if (location.hash === "" || location.hash === "#start" || location.hash === "#gallery") location.hash = "#grow";
-  });
+  } catch (error) {
+    const line = error instanceof Error ? error.message : "";
+    if (dispatchEvent(new CustomEvent("refused", { detail: line, cancelable: true }))) complain(line);
+  } finally {
+    sign?.remove();
+  }
 }
 
 /** Let the person pick files. */

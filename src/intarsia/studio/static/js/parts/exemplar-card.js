@@ -1,6 +1,6 @@
 /** The exemplar that is worked with: its picture, its size, its planes; and the others that are open. */
 
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { viewOf } from "../core/api.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
@@ -8,22 +8,18 @@ import { facts, readable, size } from "../core/words.js";
 import { imageOf } from "../paint/marks.js";
 import { pick } from "./bring.js";
 import { proposing } from "./material.js";
+import { heading } from "./names.js";
 import { drawSteps } from "./steps.js";
 
-class ExemplarCard extends HTMLElement {
+class ExemplarCard extends Living {
   mark = el("span", { class: "source-mark", hidden: true });
   steps = el("nav", { "aria-label": "Steps", hidden: true });
-  #gone = new AbortController();
 
   connectedCallback() {
     this.className = "exemplar-card";
-    store.on(["exemplar", "exemplars"], () => this.#draw(), this.#gone.signal);
-    store.on(["source"], () => this.#point(), this.#gone.signal);
-    store.on(["exemplar", "exemplars", "jobs", "chosen"], () => drawSteps(this.steps), this.#gone.signal);
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
+    store.on(["exemplar", "exemplars"], () => this.#draw(), this.gone.signal);
+    store.on(["source"], () => this.#point(), this.gone.signal);
+    store.on(["exemplar", "exemplars", "jobs", "chosen"], () => drawSteps(this.steps), this.gone.signal);
   }
 
   /** Mark the pixel that the one under the pointer came from. */
@@ -44,7 +40,7 @@ class ExemplarCard extends HTMLElement {
     fill(
       this,
       el("button", { type: "button", class: "see", title: "See the example", onclick: () => store.look(null) }, picture, this.mark),
-      el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
+      el("div", {}, heading("exemplars", exemplar, "h2"), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name), plane.proposed && " (proposed)"))),
       proposing(planes.map((plane) => plane.name)),

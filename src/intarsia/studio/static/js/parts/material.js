@@ -11,7 +11,7 @@ const ENGINES = { unreal: "Unreal", unity: "Unity", godot: "Godot", blender: "Bl
 let engine = "unreal";
 
 /** A button that makes an example of the one that is worked with, with the maps that it lacks; null where it has them.
- * @param {string[]} planes that are there @param {() => Promise<void>} [first] brings what is worked with */
+ * @param {string[]} planes that are there @param {() => Promise<unknown>} [first] brings what is worked with */
 export function proposing(planes, first) {
   if (planes.includes("normal") && planes.includes("height")) return null;
   const propose = button("Propose maps", () => {
@@ -26,7 +26,7 @@ export function proposing(planes, first) {
 
 /** A choice of an engine, and a zip for it.
  * @param {string} at where what is taken lies @param {string} name of the zip @param {string[]} planes
- * @param {() => Promise<void>} [first] brings what maps are proposed of */
+ * @param {() => Promise<unknown>} [first] brings what maps are proposed of */
 export function forEngine(at, name, planes, first) {
   const choice = el("select", { class: "field", "aria-label": "For", onchange: () => [(engine = choice.value), point()] });
   fill(choice, Object.entries(ENGINES).map(([value, says]) => el("option", { value, selected: value === engine }, `For ${says}`)));

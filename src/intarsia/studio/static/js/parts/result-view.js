@@ -1,7 +1,7 @@
 /** What is looked at: the exemplar, a picture as it grows, or a result; on the stage, with what can be done with it. */
 
 import { lookOf, LONGEST, Refused, viewOf } from "../core/api.js";
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
@@ -23,7 +23,7 @@ import { viewButtons } from "./view-buttons.js";
 /** @typedef {import("../core/types.js").Job} Job */
 /** @typedef {import("../core/types.js").Result} Result */
 
-export class ResultView extends HTMLElement {
+export class ResultView extends Living {
   stage = new Stage();
   head = el("div", { class: "head" });
   progress = el("div", { class: "progress", hidden: true });
@@ -42,7 +42,6 @@ export class ResultView extends HTMLElement {
   job = null;
   /** @type {Result | null} */
   result = null;
-  #gone = new AbortController();
   #turn = 0;
   #shown = "";
   #clock = 0;
@@ -59,12 +58,12 @@ export class ResultView extends HTMLElement {
     });
     fill(this, this.head, this.stage, this.bar, this.strip, new Sheet());
     this.strip.act = (id) => (this.compare.on ? void this.#against(id) : store.look(id));
-    store.on(["chosen", "jobs", "exemplar", "preview"], () => void this.#update(), this.#gone.signal);
+    store.on(["chosen", "jobs", "exemplar", "preview"], () => void this.#update(), this.gone.signal);
   }
 
   disconnectedCallback() {
     clearInterval(this.#clock);
-    this.#gone.abort();
+    super.disconnectedCallback();
   }
 
   async #update() {

@@ -1,6 +1,6 @@
 /** The contact sheet: what was asked for together, side by side, the best score first once all are known. */
 
-import { button, el, fill, there } from "../core/dom.js";
+import { button, el, fill, Living, there } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
@@ -10,14 +10,13 @@ import { arrange, Cell } from "./cell.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
-export class Sheet extends HTMLElement {
+export class Sheet extends Living {
   grid = el("div", { class: "sheet-grid" });
   count = el("span", { class: "quiet small number facts" });
   stop = button("Cancel", () => this.#cancel(), { class: "framed" });
   head = el("div", { class: "head" }, el("h2", {}, "Contact sheet"), this.count, this.stop);
   /** @type {Map<string, Cell>} */
   #cells = new Map();
-  #gone = new AbortController();
   observer = new ResizeObserver(() => this.#fit(store.sheet.length));
 
   connectedCallback() {
@@ -26,11 +25,11 @@ export class Sheet extends HTMLElement {
     this.setAttribute("aria-label", "Contact sheet");
     fill(this, this.head, this.grid);
     this.observer.observe(this.grid);
-    store.on(["jobs", "chosen", "preview"], () => this.show(), this.#gone.signal);
+    store.on(["jobs", "chosen", "preview"], () => this.show(), this.gone.signal);
   }
 
   disconnectedCallback() {
-    this.#gone.abort();
+    super.disconnectedCallback();
     this.observer.disconnect();
   }
 

@@ -1,14 +1,14 @@
 /** Everything that was made of this exemplar, small, in one line below the stage. */
 
+import { Living } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { arrange, Cell } from "./cell.js";
 
 const MOST = 60;
 
-export class Strip extends HTMLElement {
+export class Strip extends Living {
   /** @type {Map<string, Cell>} */
   #cells = new Map();
-  #gone = new AbortController();
   /** @type {(id: string) => void} */
   act = (id) => store.look(id);
   /** @type {string | null} the other one of a comparison */
@@ -18,11 +18,7 @@ export class Strip extends HTMLElement {
     this.className = "strip";
     this.setAttribute("role", "group");
     this.setAttribute("aria-label", "Made of this example");
-    store.on(["jobs", "exemplar", "chosen", "preview"], () => this.show(), this.#gone.signal);
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
+    store.on(["jobs", "exemplar", "chosen", "preview"], () => this.show(), this.gone.signal);
   }
 
   show() {

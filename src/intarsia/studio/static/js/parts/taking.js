@@ -7,17 +7,19 @@ import { OFFERED, offer, tried } from "../core/toast.js";
 let taken = [];
 let timer = 0;
 
-/** @param {"jobs" | "exemplars"} kind @param {string} id */
-export async function takeAway(kind, id) {
+/** @param {"jobs" | "exemplars"} kind @param {...string} ids */
+export async function takeAway(kind, ...ids) {
   await tried(async () => {
-    await store.takeAway(kind, id);
-    taken.push([kind, id]);
+    for (const id of ids) {
+      await store.takeAway(kind, id);
+      taken.push([kind, id]);
+    }
     const these = taken;
     const back = () => {
       taken = [];
       void tried(() => Promise.all(these.map((each) => store.bringBack(...each))));
     };
-    offer(these.length > 1 ? `${these.length} deleted` : "Deleted", "Undo", back);
+    offer(these.length > 1 ? `${these.length} deleted` : "Deleted", back);
     clearTimeout(timer);
     timer = window.setTimeout(() => (taken = []), OFFERED);
   });

@@ -1,7 +1,7 @@
 /** Endless: a texture without borders, walked over for ever. */
 
-import { post, Refused } from "../core/api.js";
-import { button, el, fill, follow } from "../core/dom.js";
+import { post, Refused, viewOf } from "../core/api.js";
+import { button, el, fill, follow, Living } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -12,59 +12,79 @@ import { methodPicker, parameterForm } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { needing } from "../parts/result-actions.js";
 import { seedField } from "../parts/seed.js";
+import { undoButtons } from "../parts/undo.js";
 
 const settings = new Settings("endless");
 const view = new FarView();
 
-export class EndlessRoom extends HTMLElement {
+export class EndlessRoom extends Living {
+  past = settings.past;
   tiles = new Tiles();
   sight = new Sight(this.tiles, view);
   panel = el("aside", { class: "panel", "aria-label": "Endless" });
-  status = el("span", { class: "corner low left", role: "status" });
+  status = el("span", { class: "corner low left later", role: "status", hidden: true });
   place = el("span", { class: "endless-place quiet small number" });
   /** What the server knows it by; "" while it is none. */
   weave = "";
   /** @type {Promise<void>} until the server knows what is wanted now */
   begun = Promise.resolve();
-  #gone = new AbortController();
   #sent = "";
+  /** @type {string} the exemplar whose texture it is */
+  #of = "";
   /** Whether the server is being told what is wanted. */
   busy = false;
 
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const buttons = el(
       "div",
       { class: "view-buttons" },
       this.place,
-      el("div", { class: "segments" }, button("Start", () => this.sight.home(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
+      el("div", { class: "segments" }, button("Start", () => this.sight.fit(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
     );
     this.sight.append(this.status);
     fill(this, el("section", { class: "half", "aria-label": "Endless texture" }, el("div", { class: "head" }, el("h2", {}, "Endless"), buttons), this.sight), this.panel);
     this.sight.addEventListener("view", () => this.#place(), { signal });
+    this.sight.addEventListener("drawn", () => this.#say(), { signal });
     this.tiles.addEventListener("lost", () => this.#lost(), { signal });
     this.tiles.addEventListener("refused", (e) => complain(/** @type {CustomEvent} */ (e).detail), { signal });
     follow(settings, this, () => void this.#begin());
     store.on(["exemplar"], () => this.#turn(), signal);
   }
 
-  disconnectedCallback() {
-    this.#gone.abort();
-  }
-
   /** Another exemplar is looked at. */
   #turn() {
-    if (!store.exemplar) return;
-    this.sight.call(`Endless texture of ${store.exemplar.name}`);
+    const { exemplar } = store;
+    if (!exemplar) return;
+    this.sight.call(`Endless texture of ${exemplar.name}`);
+    if (this.#of !== exemplar.id) void tried(() => this.#ground(exemplar));
+    this.#of = exemplar.id;
     const command = button("Command", () => void this.command(), { icon: icon("copy"), bare: true, title: "Copy the command that makes this view" });
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Keep this view", () => void this.keep(), { class: "strong big" }), command),
+      el("div", { class: "do" }, button("Keep this view", () => void this.keep(), { class: "strong big" }), command, el("span", {}, undoButtons(settings.past))),
       el("div", { class: "fields" }, seedField(settings), methodPicker(settings, choicesOf("weave", "method")), parameterForm(settings)),
     );
     this.#place();
     void this.#begin();
+  }
+
+  /** Show the example until something of its texture is there; of another one's nothing stays.
+   * @param {import("../core/types.js").Exemplar} exemplar */
+  async #ground(exemplar) {
+    this.tiles.turn("");
+    this.tiles.forget();
+    const picture = await store.picture(viewOf(exemplar, 512));
+    if (store.exemplar?.id === exemplar.id) this.sight.ground = { picture, width: exemplar.width };
+    this.sight.draw();
+  }
+
+  /** Say what goes on, where something does. */
+  #say() {
+    const says = this.busy ? "Looking at the example" : this.weave && this.tiles.missing ? "Drawing what is in sight" : "";
+    if (this.status.textContent !== says) this.status.textContent = says;
+    this.status.hidden = !says;
   }
 
   #place() {
@@ -89,12 +109,12 @@ export class EndlessRoom extends HTMLElement {
     try {
       for (let next = this.#wanted(); JSON.stringify(next) !== this.#sent; next = this.#wanted()) {
         this.#sent = JSON.stringify(next);
-        this.status.textContent = "Looking at the example";
+        this.#say();
         await this.#show(next);
       }
     } finally {
       this.busy = false;
-      this.status.textContent = "";
+      this.#say();
     }
   }
 

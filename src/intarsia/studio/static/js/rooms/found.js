@@ -1,12 +1,11 @@
 /** Inspect: what the program sees in the exemplar, drawn over it, and why it would grow it so; crop it, mark what to avoid. */
 
 import { get, post, viewOf } from "../core/api.js";
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { Labels } from "../paint/labels.js";
-import { imageOf, keep, restore } from "../paint/marks.js";
+import { imageOf, keep, labelsOf } from "../paint/marks.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { segments } from "../parts/choice.js";
 import { overlays, reasons } from "../parts/findings.js";
@@ -18,10 +17,11 @@ import { Stage } from "../stage/stage.js";
 /** @typedef {"look" | "crop" | "avoid"} Mode */
 
 const kit = new Kit();
-/** @type {Map<string, Labels>} what is to be avoided, by exemplar */
+/** @type {Map<string, import("../paint/labels.js").Labels>} what is to be avoided, by exemplar */
 const avoided = new Map();
 
-export class FoundRoom extends HTMLElement {
+export class FoundRoom extends Living {
+  past = kit.past;
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Seen in the example" });
   tools = el("div", { class: "group" });
@@ -31,11 +31,10 @@ export class FoundRoom extends HTMLElement {
   /** @type {Set<string>} overlays that are switched on */
   on = new Set();
   crop = new Crop(this.stage, () => this.#tools());
-  #gone = new AbortController();
 
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const head = el("div", { class: "head" }, el("h2", {}, "Example"), viewButtons(this.stage, false));
     this.brush = new Brush(this.stage, kit, () => this.#avoided());
     kit.set({ value: 1 });
@@ -50,19 +49,8 @@ export class FoundRoom extends HTMLElement {
     store.on(["exemplar"], () => void this.#show(), signal);
   }
 
-  disconnectedCallback() {
-    this.#gone.abort();
-  }
-
   #avoided() {
-    const exemplar = store.exemplar;
-    if (!exemplar) return null;
-    const known = avoided.get(exemplar.id);
-    if (known) return known;
-    const marks = new Labels(exemplar.width, exemplar.height);
-    avoided.set(exemplar.id, marks);
-    void restore(exemplar.id, "avoid", marks, (value) => (value ? 0 : 1)).then(() => void this.#lay());
-    return marks;
+    return labelsOf(avoided, "avoid", () => void this.#lay(), (value) => (value ? 0 : 1));
   }
 
   async #show() {
@@ -72,7 +60,7 @@ export class FoundRoom extends HTMLElement {
     this.crop.box = null;
     fill(this.told, el("p", { class: "quiet" }, "Looking …"));
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const picture = await store.picture(viewOf(exemplar));
       if (store.exemplar?.id !== exemplar.id) return;
       this.stage.show(picture, `Example ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();

@@ -1,7 +1,6 @@
 /** Grow: the exemplar on the left, the picture in the middle, what can be set on the right, and one button. */
 
-import { button, el, fill, follow, typing } from "../core/dom.js";
-import { icon } from "../core/icons.js";
+import { button, el, fill, follow, Living } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -17,11 +16,12 @@ import { variants } from "../parts/variants.js";
 import { ExemplarCard } from "../parts/exemplar-card.js";
 import { ResultView } from "../parts/result-view.js";
 import { seedField } from "../parts/seed.js";
+import { undoButtons } from "../parts/undo.js";
 import { wrapChoice } from "../parts/wrap.js";
 import { inPixels, sizeField } from "../parts/size.js";
 
-export class GrowRoom extends HTMLElement {
-  #gone = new AbortController();
+export class GrowRoom extends Living {
+  past = growing.past;
 
   /** @returns {import("../parts/variants.js").Many} */
   get many() {
@@ -31,12 +31,8 @@ export class GrowRoom extends HTMLElement {
   connectedCallback() {
     this.className = "grow three";
     this.#draw();
-    store.on(["exemplar"], () => this.#panel(), this.#gone.signal);
-    addEventListener("keydown", (e) => this.#key(e), { signal: this.#gone.signal });
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
+    store.on(["exemplar"], () => this.#panel(), this.gone.signal);
+    addEventListener("keydown", (e) => this.#key(e), { signal: this.gone.signal });
   }
 
   #draw() {
@@ -47,17 +43,13 @@ export class GrowRoom extends HTMLElement {
   #panel() {
     if (!this.panel) return;
     const wrap = wrapChoice(growing);
-    const undo = button("Undo", () => growing.undo(), { icon: icon("undo"), bare: true });
-    const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
-    const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];
-    follow(growing, undo, able);
     const soon = el("p", { class: "quiet small number", role: "status" });
     const told = () => (soon.textContent = store.exemplar ? `Takes ${about(estimate(this.#asked()))}` : "");
     follow(growing, soon, told);
     for (const topic of ["jobs", "exemplar"]) follow(store, soon, told, topic);
     fill(
       this.panel,
-      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undo, redo),
+      el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undoButtons(growing.past)),
       el(
         "div",
         { class: "fields" },
@@ -102,12 +94,9 @@ export class GrowRoom extends HTMLElement {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    const held = event.ctrlKey || event.metaKey;
-    if (held && event.key === "Enter") void this.grow();
-    else if (!held || typing(event) || event.key.toLowerCase() !== "z") return;
-    else if (event.shiftKey) growing.redo();
-    else growing.undo();
+    if (!(event.ctrlKey || event.metaKey) || event.key !== "Enter") return;
     event.preventDefault();
+    void this.grow();
   }
 }
 

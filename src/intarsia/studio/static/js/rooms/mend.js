@@ -1,14 +1,13 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
 import { viewOf } from "../core/api.js";
-import { button, el, fill, there } from "../core/dom.js";
+import { button, el, fill, follow, Living, there } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { Labels } from "../paint/labels.js";
-import { keep, restore } from "../paint/marks.js";
+import { keep, labelsOf } from "../paint/marks.js";
 import { send } from "../paint/send.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
@@ -18,6 +17,7 @@ import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
 import { Rim } from "../parts/rim.js";
 import { seedField } from "../parts/seed.js";
+import { undoButtons } from "../parts/undo.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Margins } from "../stage/margins.js";
 import { Stage } from "../stage/stage.js";
@@ -26,10 +26,10 @@ import { Stage } from "../stage/stage.js";
 /** @typedef {import("../stage/margins.js").Side} Side */
 
 const kit = new Kit();
-/** @type {Map<string, Labels>} what is to be healed, by exemplar */
+/** @type {Map<string, import("../paint/labels.js").Labels>} what is to be healed, by exemplar */
 const holes = new Map();
 /** @type {Record<Mode, Settings>} */
-const settings = { heal: new Settings("heal"), extend: new Settings("extend"), tile: new Settings("tile") };
+const settings = { heal: new Settings("heal", kit.past), extend: new Settings("extend"), tile: new Settings("tile") };
 const task = {
   /** @returns {Mode} */
   get mode() {
@@ -47,22 +47,28 @@ const SAYS = {
   tile: "The picture will continue in itself. A wall is first cut to whole rows of stones; then only a band along its borders changes.",
 };
 
-export class MendRoom extends HTMLElement {
+export class MendRoom extends Living {
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
   named = el("h2", { class: "one-line" });
   go = button("", () => void this.mend(), { class: "strong big" });
-  margins = new Margins(this.stage, () => [this.#keepMargins(), this.#told()]);
+  margins = new Margins(this.stage, settings.extend.past, () => this.#framed());
+  hint = el("span", { class: "corner low left" }, "Drag the frame outwards");
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
-  #gone = new AbortController();
   /** @type {Map<Side, HTMLInputElement>} */
   #fields = new Map();
 
+  /** What the last change of the chosen task is remembered in. */
+  get past() {
+    return settings[task.mode].past;
+  }
+
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    this.stage.append(this.hint);
+    const { signal } = this.gone;
     const head = el("div", { class: "head" }, this.named, viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
     const { main, buttons, onward } = beside(half, this.go, "Back to the picture", signal);
@@ -78,20 +84,9 @@ export class MendRoom extends HTMLElement {
     this.#mode();
   }
 
-  disconnectedCallback() {
-    this.#gone.abort();
-  }
-
-  /** @returns {Labels | null} */
+  /** @returns {import("../paint/labels.js").Labels | null} */
   #hole() {
-    const exemplar = store.exemplar;
-    if (!exemplar) return null;
-    const known = holes.get(exemplar.id);
-    if (known) return known;
-    const hole = new Labels(exemplar.width, exemplar.height);
-    holes.set(exemplar.id, hole);
-    void restore(exemplar.id, "hole", hole).then(() => [this.stage.draw(), void this.rim.look()]);
-    return hole;
+    return labelsOf(holes, "hole", () => [this.stage.draw(), void this.rim.look()]);
   }
 
   /** Keep what was just painted. */
@@ -104,9 +99,10 @@ export class MendRoom extends HTMLElement {
     const exemplar = store.exemplar;
     if (!exemplar) return;
     await tried(async () => {
-      const picture = await store.exemplarPicture(exemplar);
+      const picture = await store.picture(viewOf(exemplar));
       if (store.exemplar?.id !== exemplar.id) return;
       this.named.textContent = exemplar.name;
+      this.margins.own = exemplar.id;
       this.margins.px = { left: 0, right: 0, top: 0, bottom: 0, ...kept.of(exemplar.id).margins };
       this.stage.show(picture, `Picture ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();
@@ -119,7 +115,7 @@ export class MendRoom extends HTMLElement {
     this.#ring = null;
     this.#lay();
     void this.rim.look();
-    this.stage.room = mode === "extend" ? 0.22 : 0;
+    this.stage.around = mode === "extend" ? this.margins.around : 0;
     if (this.brush) {
       this.stage.tool = mode === "heal" ? this.brush : mode === "extend" ? this.margins : null;
       this.stage.marks = mode === "heal" ? (pen, view) => this.brush?.ring(pen, view) : null;
@@ -142,6 +138,10 @@ export class MendRoom extends HTMLElement {
     /** @type {[Mode, string][]} */
     const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
     const choice = segments("Task", modes, () => task.mode, (next) => [(task.mode = next), void this.onward?.(), this.#mode()], { wide: true });
+    const quarter = button("25 % all around", () => {
+      const [x = 0, y = 0] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
+      this.margins.set({ left: x, right: x, top: y, bottom: y });
+    }, { class: "framed" });
     this.go.textContent = { heal: "Heal", extend: "Extend", tile: "Make it tile" }[mode];
     fill(
       this.panel,
@@ -153,6 +153,7 @@ export class MendRoom extends HTMLElement {
         el("p", { class: "quiet" }, SAYS[mode]),
         mode === "heal" && toolbar(kit),
         mode === "heal" && this.rim.element,
+        mode !== "heal" && el("div", { class: "headed" }, mode === "extend" ? quarter : el("span"), el("span", {}, undoButtons(this.past))),
         mode === "extend" && this.#sides(),
         mode === "tile" && this.#axes(),
         seedField(settings[mode]),
@@ -168,11 +169,7 @@ export class MendRoom extends HTMLElement {
       const id = `margin-${side}`;
       const input = el("input", {
         class: "field", type: "number", id, min: "0", max: "8192", step: "1",
-        oninput: () => {
-          this.margins.px[side] = Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0)));
-          this.#keepMargins();
-          this.stage.draw();
-        },
+        oninput: () => this.margins.set({ ...this.margins.px, [side]: Math.max(0, Math.min(8192, Math.round(Number(input.value) || 0))) }, side),
       });
       this.#fields.set(side, input);
       return el("div", { class: "row" }, el("label", { for: id }, side.charAt(0).toUpperCase() + side.slice(1)), input);
@@ -185,15 +182,22 @@ export class MendRoom extends HTMLElement {
     /** @type {[string, string][]} */
     const choices = [["x", "Across"], ["y", "Down"], ["both", "Both"]];
     const axes = segments("Axes", choices, () => own.options.axes ?? "both", (axis) => own.set("axes", axis === "both" ? null : axis), { wide: true });
+    follow(own, axes.element, axes.show);
     return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
   }
 
-  #keepMargins() {
-    if (store.exemplar) kept.set({ margins: this.margins.px }, store.exemplar.id);
+  /** The frame is another one: keep it, and show all of it, unless it is being dragged. */
+  #framed() {
+    kept.set({ margins: this.margins.px }, this.margins.own);
+    this.stage.around = this.margins.around;
+    if (this.margins.held.length || !this.stage.view.fitted) this.stage.draw();
+    else this.stage.fit();
+    this.#told();
   }
 
   /** Write the margins into their fields. */
   #told() {
+    this.hint.hidden = task.mode !== "extend" || !this.margins.none;
     for (const [side, input] of this.#fields) {
       if (document.activeElement !== input) input.value = String(this.margins.px[side]);
     }

@@ -1,7 +1,7 @@
 /** Paint: labels over the exemplar on the left, what is wanted on the right: painted with what is marked, and grown meanwhile. */
 
 import { numbers, picture, Refused, viewOf } from "../core/api.js";
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
@@ -27,24 +27,24 @@ import { Stage } from "../stage/stage.js";
 /** @type {Map<string, Painted>} by exemplar */
 const painted = new Map();
 const kit = new Kit();
-const painting = new Settings("paint");
+const painting = new Settings("paint", kit.past);
 const MOST = 8192; // px a side of what is painted
 const MOMENT = 150; // ms without a change, so that a number that is typed, or undo again and again, is one
 let live = true; // whether the result is shown while it is painted
 let patience = 60; // how often a first look that is not there yet is asked for again: on a new computer it takes two minutes
 
-export class PaintRoom extends HTMLElement {
+export class PaintRoom extends Living {
+  past = kit.past;
   left = new Stage();
   right = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });
   palette = palette(kit);
   told = el("span", { class: "corner low left", role: "status" });
-  #gone = new AbortController();
   #asked = new AbortController();
 
   connectedCallback() {
     this.className = "paint";
-    const { signal } = this.#gone;
+    const { signal } = this.gone;
     const look = segments("Wanted", [["labels", "Labels"], ["result", "Result"]], () => (live ? "result" : "labels"), (seen) => {
       live = seen === "result";
       void [this.#see(), this.#draft()];
@@ -65,7 +65,7 @@ export class PaintRoom extends HTMLElement {
   }
 
   disconnectedCallback() {
-    this.#gone.abort();
+    super.disconnectedCallback();
     this.#asked.abort();
   }
 
@@ -83,7 +83,7 @@ export class PaintRoom extends HTMLElement {
       await Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
     }
     await tried(async () => {
-      const seen = await store.exemplarPicture(exemplar);
+      const seen = await store.picture(viewOf(exemplar));
       const labels = this.#labels();
       if (store.exemplar?.id !== id || !labels) return;
       this.left.layers = [{ picture: labels.source.canvas, alpha: 0.6 }];

@@ -1,22 +1,24 @@
 /** Where everything begins: a place to drop a picture on, what was opened before, and the built-in samples. */
 
-import { button, el, fill } from "../core/dom.js";
+import { button, el, fill, Living } from "../core/dom.js";
 import { viewOf } from "../core/api.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { bringSample, pick } from "../parts/bring.js";
+import { diskUse } from "../parts/names.js";
 import { takeAway } from "../parts/taking.js";
 
-export class StartRoom extends HTMLElement {
-  #gone = new AbortController();
+export class StartRoom extends Living {
+  refused = el("p", { class: "refused bad", role: "alert" });
+  disk = diskUse();
 
   connectedCallback() {
     this.className = "start";
-    store.on(["exemplars"], () => this.#draw(), this.#gone.signal);
-  }
-
-  disconnectedCallback() {
-    this.#gone.abort();
+    addEventListener("refused", (e) => {
+      e.preventDefault();
+      this.refused.textContent = /** @type {CustomEvent} */ (e).detail;
+    }, { signal: this.gone.signal });
+    store.on(["exemplars"], () => this.#draw(), this.gone.signal);
   }
 
   #draw() {
@@ -25,6 +27,7 @@ export class StartRoom extends HTMLElement {
       { class: "drop", "aria-label": "Open a picture" },
       el("h1", {}, "Drop a picture of a texture"),
       el("p", { class: "quiet" }, "or paste one. All maps of a material at once make one example."),
+      this.refused,
       button("Choose files", pick, { class: "strong big" }),
     );
     const before = store.exemplars.map((exemplar) =>
@@ -39,7 +42,7 @@ export class StartRoom extends HTMLElement {
     fill(
       this,
       drop,
-      before.length > 0 && el("section", { "aria-label": "Opened before" }, el("h2", {}, "Opened before"), el("ul", { class: "cards" }, before)),
+      before.length > 0 && el("section", { "aria-label": "Opened before" }, el("div", { class: "headed" }, el("h2", {}, "Opened before"), this.disk), el("ul", { class: "cards" }, before)),
       el("section", { "aria-label": "Built-in samples" }, el("h2", {}, "Built-in samples"), el("ul", { class: "cards" }, samples)),
     );
   }

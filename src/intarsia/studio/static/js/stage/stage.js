@@ -1,7 +1,6 @@
 /** The stage: one picture, large, on a canvas; zoomed, moved, tiled, with layers over it, or two side by side. */
 
-import { el } from "../core/dom.js";
-import { Gestures } from "./gestures.js";
+import { Ground } from "./ground.js";
 import { Parts } from "./parts.js";
 import { View } from "./view.js";
 
@@ -13,7 +12,8 @@ import { View } from "./view.js";
 const MARGIN = 24;
 const BLOCKS = 4;
 
-export class Stage extends HTMLElement {
+/** @extends {Ground<View>} */
+export class Stage extends Ground {
   /** @type {Drawable | null} */
   picture = null;
   /** @type {Drawable | null} what is seen to the right of the divider */
@@ -23,8 +23,8 @@ export class Stage extends HTMLElement {
   /** Whether the picture is a draft of one whose size is not known yet. */
   draft = false;
   divider = 0.5;
-  /** Share of the stage that is left free on each side, for what is drawn around the picture. */
-  room = 0;
+  /** px of the picture that are left free on each side, for what is drawn around it. */
+  around = 0;
   /** @type {number} how often it is drawn along each axis */
   tiles = 1;
   /** @type {Layer[]} */
@@ -33,41 +33,14 @@ export class Stage extends HTMLElement {
   painter = null;
   /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} draws marks, in device pixels */
   marks = null;
-  /** @type {import("./gestures.js").Stroke | null} */
-  tool = null;
-  view = new View();
-  canvas = el("canvas", { role: "img" });
   #width = 0;
   #height = 0;
-  #asked = 0;
   #rest = 0;
 
   constructor() {
-    super();
-    new Gestures({
-      element: this,
-      view: this.view,
-      redraw: (moving) => this.draw(moving),
-      fit: () => this.fit(),
-      whole: () => this.whole(),
-      tool: () => this.tool,
-    });
+    super(new View());
     this.addEventListener("pointermove", (e) => this.#hover(e));
     this.addEventListener("pointerleave", () => this.dispatchEvent(new CustomEvent("hover", { detail: null })));
-  }
-
-  connectedCallback() {
-    this.classList.add("stage");
-    this.tabIndex = 0;
-    if (!this.canvas.isConnected) this.prepend(this.canvas);
-    this.observer = new ResizeObserver(() => this.#resize());
-    this.observer.observe(this);
-  }
-
-  disconnectedCallback() {
-    this.observer?.disconnect();
-    cancelAnimationFrame(this.#asked);
-    this.#asked = 0;
   }
 
   /** Show a picture. The view stays where the size is the same.
@@ -81,8 +54,7 @@ export class Stage extends HTMLElement {
     this.parts = [this.#partsOf(picture, path), null];
     this.canvas.setAttribute("aria-label", name);
     if (!same) this.fit();
-    this.draw();
-    this.dispatchEvent(new Event("view"));
+    this.redraw();
   }
 
   /** Show another picture of the same size to the right of the divider; null: none.
@@ -108,19 +80,11 @@ export class Stage extends HTMLElement {
   fit() {
     const most = this.tiles > 1 ? 1 : BLOCKS;
     const { width, height } = this.canvas;
-    const margin = Math.max(MARGIN * devicePixelRatio, this.room * Math.min(width, height));
-    this.view.fit(this.#width * this.tiles || 1, this.#height * this.tiles || 1, width, height, margin, most);
-    this.draw();
-    this.dispatchEvent(new Event("view"));
-  }
-
-  /** One picture pixel a device pixel, the middle where it was. */
-  whole() {
-    this.view.zoom(1, this.canvas.width / 2, this.canvas.height / 2);
-    this.view.x = Math.round(this.view.x);
-    this.view.y = Math.round(this.view.y);
-    this.draw();
-    this.dispatchEvent(new Event("view"));
+    const [wide, high] = [this.#width, this.#height].map((side) => side * this.tiles + 2 * this.around || 1);
+    this.view.fit(wide ?? 1, high ?? 1, width, height, MARGIN * devicePixelRatio, most);
+    this.view.x += Math.round(this.around * this.view.scale);
+    this.view.y += Math.round(this.around * this.view.scale);
+    this.redraw();
   }
 
   /** @param {number} tiles along each axis */
@@ -134,18 +98,10 @@ export class Stage extends HTMLElement {
   draw(moving = false) {
     clearTimeout(this.#rest);
     if (moving) this.#rest = window.setTimeout(() => this.draw(), 120);
-    if (this.#asked) return;
-    this.#asked = requestAnimationFrame(() => {
-      this.#asked = 0;
-      this.#draw(moving);
-    });
-    if (moving) this.dispatchEvent(new Event("view"));
+    this.next(() => this.#draw(moving));
   }
 
-  #resize() {
-    const ratio = devicePixelRatio;
-    this.canvas.width = Math.max(1, Math.round(this.clientWidth * ratio));
-    this.canvas.height = Math.max(1, Math.round(this.clientHeight * ratio));
+  resized() {
     if (this.view.fitted) this.fit();
     this.#draw(false);
   }
