@@ -42,8 +42,7 @@ export async function get(path) {
 /** @param {string} path @param {unknown} [body] JSON, or a form, or bytes @returns {Promise<any>} */
 export async function post(path, body = {}) {
   const plain = body instanceof FormData || body instanceof Blob;
-  /** @type {Record<string, string>} */
-  const headers = plain ? {} : { "Content-Type": "application/json" };
+  /** @type {Record<string, string>} */ const headers = plain ? {} : { "Content-Type": "application/json" };
   const answer = await ask(path, { method: "POST", body: plain ? body : JSON.stringify(body), headers });
   return answer.status === 204 ? null : answer.json();
 }

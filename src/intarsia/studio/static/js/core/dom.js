@@ -2,15 +2,11 @@
 
 /** @typedef {Node | string | number | null | undefined | false} Child */
 
-/**
- * Make an element. A property that begins with `on` is a handler; `class`, `for` and names with a dash are attributes; the
+/** Make an element. A property that begins with `on` is a handler; `class`, `for` and names with a dash are attributes; the
  * others are set as properties; those that are null are left out.
  * @template {keyof HTMLElementTagNameMap} T
- * @param {T} tag
- * @param {Record<string, any>} [properties]
- * @param {...(Child | Child[])} children
- * @returns {HTMLElementTagNameMap[T]}
- */
+ * @param {T} tag @param {Record<string, any>} [properties] @param {...(Child | Child[])} children
+ * @returns {HTMLElementTagNameMap[T]} */
 export function el(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -33,12 +29,9 @@ function nodes(children) {
     .map((child) => (child instanceof Node ? child : String(child)));
 }
 
-/**
- * Whether something is there; for filters.
+/** Whether something is there; for filters.
  * @template T
- * @param {T | null | undefined} it
- * @returns {it is T}
- */
+ * @param {T | null | undefined} it @returns {it is T} */
 export function there(it) {
   return it !== null && it !== undefined;
 }
@@ -57,12 +50,9 @@ export function typing(event) {
   return target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement;
 }
 
-/**
- * A button.
- * @param {string} label what it says, or with an icon alone its name
- * @param {(event: MouseEvent) => void} act
- * @param {{icon?: SVGElement, class?: string, bare?: boolean} & Record<string, any>} [more] `bare`: the icon alone
- */
+/** A button.
+ * @param {string} label what it says, or with an icon alone its name @param {(event: MouseEvent) => void} act
+ * @param {{icon?: SVGElement, class?: string, bare?: boolean} & Record<string, any>} [more] `bare`: the icon alone */
 export function button(label, act, more = {}) {
   const { icon, bare, class: classes = "", ...rest } = more;
   return el(

@@ -6,8 +6,7 @@ import { get, post } from "./api.js";
 const DUE = "intarsia-due";
 
 class Kept {
-  /** @type {Record<string, Record<string, any>>} */
-  #all = {};
+  /** @type {Record<string, Record<string, any>>} */ #all = {};
   /** @type {Set<string>} what is still to be sent */
   #due = new Set();
   #sending = false;

@@ -10,11 +10,9 @@
  * @property {(here: boolean) => void} here whether the server is heard; true again after it was away
  */
 
-/**
- * Listen for as long as the page is open, by the one ear that all pages of this browser share.
+/** Listen for as long as the page is open, by the one ear that all pages of this browser share.
  * @param {Listener} listener
- * @returns {Promise<void>} until the ear hears, or cannot: who asks for lists after that misses nothing between the two
- */
+ * @returns {Promise<void>} until the ear hears, or cannot: who asks for lists after that misses nothing between the two */
 export function listen(listener) {
   return new Promise((known) => {
     const ear = new SharedWorker(new URL("ear.js", import.meta.url));

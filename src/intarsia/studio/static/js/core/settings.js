@@ -5,12 +5,10 @@ import { Past } from "./past.js";
 
 /** @typedef {import("./types.js").Options} Options */
 
-/** @type {Settings[]} */
-const all = [];
+/** @type {Settings[]} */ const all = [];
 
 export class Settings extends EventTarget {
-  /** @type {Options} */
-  #now = {};
+  /** @type {Options} */ #now = {};
 
   /** @param {string} name under which they are kept @param {Past} [past] where their changes are remembered */
   constructor(name, past = new Past()) {

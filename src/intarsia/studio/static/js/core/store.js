@@ -10,22 +10,19 @@ import { busy } from "./words.js";
 /** @typedef {"exemplars" | "exemplar" | "jobs" | "chosen" | "source" | "warm" | "here" | "preview"} Topic */
 
 class Store extends EventTarget {
-  /** @type {import("./types.js").Schema | null} */
-  schema = null;
+  /** @type {import("./types.js").Schema | null} */ schema = null;
   /** @type {Exemplar[]} newest first */
   exemplars = [];
   /** @type {Exemplar | null} the one that is worked with */
   exemplar = null;
-  /** @type {Map<string, Job>} */
-  jobs = new Map();
+  /** @type {Map<string, Job>} */ jobs = new Map();
   /** @type {string | null} the job that is looked at */
   chosen = null;
   /** Whether the contact sheet is looked at. */
   spread = false;
   /** @type {{x: number, y: number} | null} the exemplar's pixel that the pointer's came from */
   source = null;
-  /** @type {{done: number, total: number}} */
-  warm = { done: 0, total: 0 };
+  /** @type {{done: number, total: number}} */ warm = { done: 0, total: 0 };
   here = true;
   /** Whether all that the server has was told once. */
   loaded = false;
@@ -34,8 +31,7 @@ class Store extends EventTarget {
   ready = /** @type {Promise<void>} */ (new Promise((resolve) => (this.#arrived = resolve)));
   /** @type {Map<string, number>} the number of a job's last preview */
   previews = new Map();
-  /** @type {Map<string, Promise<Result>>} */
-  #results = new Map();
+  /** @type {Map<string, Promise<Result>>} */ #results = new Map();
   /** @type {Map<string, Promise<ImageBitmap>>} the last few pictures, so that going to and fro is quick */
   #pictures = new Map();
   #soon = new Set();
@@ -77,11 +73,8 @@ class Store extends EventTarget {
     for (const topic of /** @type {Topic[]} */ (["exemplars", "exemplar", "jobs"])) this.tell(topic);
   }
 
-  /**
-   * @template {{id: string}} T
-   * @param {T[]} told by the server
-   * @returns {T[]} without what was taken away since it was asked
-   */
+  /** @template {{id: string}} T
+   * @param {T[]} told by the server @returns {T[]} without what was taken away since it was asked */
   #there(told) {
     return told.filter((each) => !this.#gone.has(each.id));
   }
@@ -139,13 +132,9 @@ class Store extends EventTarget {
     this.tell("preview");
   }
 
-  /**
-   * Ask for a job.
-   * @param {string} verb
-   * @param {string[]} exemplars
-   * @param {import("./types.js").Options} options
-   * @returns {Promise<Job>}
-   */
+  /** Ask for a job.
+   * @param {string} verb @param {string[]} exemplars @param {import("./types.js").Options} options
+   * @returns {Promise<Job>} */
   async start(verb, exemplars, options) {
     const job = await post("/api/jobs", { verb, exemplars, options });
     if (!this.jobs.has(job.id)) this.note(job);
@@ -224,11 +213,9 @@ class Store extends EventTarget {
     return known.sort((a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : a.id < b.id ? 1 : -1));
   }
 
-  /**
-   * @param {string} id
+  /** @param {string} id
    * @param {number | null} score as far as its job knows it; a result that is judged meanwhile is asked for anew
-   * @returns {Promise<Result>}
-   */
+   * @returns {Promise<Result>} */
   result(id, score) {
     const key = `${id} ${score}`;
     const known = this.#results.get(key);
@@ -268,11 +255,8 @@ export function planesOf(result) {
   return result.files.map((file) => file.holds).filter((holds) => !NO_PLANES.includes(holds));
 }
 
-/**
- * The result whose map says where each pixel of this one came from: its own, or that which was drawn again; null: none does.
- * @param {Result} result
- * @returns {string | null}
- */
+/** The result whose map says where each pixel of this one came from: its own, or that which was drawn again; null: none does.
+ * @param {Result} result @returns {string | null} */
 export function mapOf(result) {
   if (result.files.some((file) => file.holds === "map")) return result.id;
   return result.verb === "render" ? result.options.map : null;

@@ -6,8 +6,7 @@ import { inPlain } from "./words.js";
 
 export const OFFERED = 10_000; // ms
 
-/** @type {HTMLElement | null} */
-let shown = null;
+/** @type {HTMLElement | null} */ let shown = null;
 
 /** @param {string} line @param {boolean} bad @param {HTMLElement} [more] what can be done about it */
 function show(line, bad, more) {
@@ -48,12 +47,9 @@ export function complain(error) {
   show(inPlain(error instanceof Error ? error.message : String(error)), true);
 }
 
-/**
- * Do something that may be refused, and say so.
+/** Do something that may be refused, and say so.
  * @template T
- * @param {() => Promise<T>} act
- * @returns {Promise<T | undefined>}
- */
+ * @param {() => Promise<T>} act @returns {Promise<T | undefined>} */
 export async function tried(act) {
   try {
     return await act();

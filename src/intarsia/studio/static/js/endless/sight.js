@@ -90,8 +90,7 @@ export class Sight extends Ground {
     const side = SIDE << level;
     const { x, y, width, height } = this.window;
     const [u, v] = [x + width / 2, y + height / 2];
-    /** @type {(Place & {far: number})[]} */
-    const found = [];
+    /** @type {(Place & {far: number})[]} */ const found = [];
     for (let row = Math.floor(y / side); row * side < y + height; row += 1) {
       for (let column = Math.floor(x / side); column * side < x + width; column += 1) {
         found.push({ level, y: row, x: column, far: Math.hypot((column + 0.5) * side - u, (row + 0.5) * side - v) });

@@ -22,10 +22,8 @@ export class Tiles extends EventTarget {
   #held = new Map();
   /** @type {Map<string, Tile>} those of the canvas before, which are seen until others come in their place */
   former = new Map();
-  /** @type {Map<string, AbortController>} */
-  #asked = new Map();
-  /** @type {Place[]} */
-  #wanted = [];
+  /** @type {Map<string, AbortController>} */ #asked = new Map();
+  /** @type {Place[]} */ #wanted = [];
   /** How many came, and how many were given up: what the page is like at work. */
   came = 0;
   dropped = 0;

@@ -21,8 +21,7 @@ import { SHAPES } from "./shaders.js";
 /** The lamp stays where it was put while other results are looked at. */
 const lamp = { x: 0.3, y: 0.26, height: 0.42, power: 1.5 };
 
-/** @type {import("./renderer.js").Pose} */
-const pose = { shape: "flat", turn: 30, tilt: 22, relief: 0.06 };
+/** @type {import("./renderer.js").Pose} */ const pose = { shape: "flat", turn: 30, tilt: 22, relief: 0.06 };
 
 const STEP = 0.02;
 
@@ -46,8 +45,7 @@ export class Lit {
   );
   turn = slider("Turn", 0, 360, () => pose.turn, (turn) => this.#pose({ turn }));
   relief = slider("Depth", 0, 25, () => 100 * pose.relief, (value) => this.#pose({ relief: value / 100 }));
-  /** @type {Renderer | null} */
-  #renderer = null;
+  /** @type {Renderer | null} */ #renderer = null;
   /** @type {Subject | null} that is lit */
   #subject = null;
   /** @type {string} what the renderer holds */
@@ -71,12 +69,9 @@ export class Lit {
     this.handle.addEventListener("keydown", (e) => this.#key(e));
   }
 
-  /**
-   * Light a material; whether that can be done here.
-   * @param {Subject} subject
-   * @param {() => boolean} still whether it is still wanted when all its maps are there
-   * @returns {Promise<boolean>}
-   */
+  /** Light a material; whether that can be done here.
+   * @param {Subject} subject @param {() => boolean} still whether it is still wanted when all its maps are there
+   * @returns {Promise<boolean>} */
   async show(subject, still) {
     const renderer = this.#renderer ?? Renderer.begin();
     if (!renderer) return false;
@@ -85,8 +80,7 @@ export class Lit {
     const wanted = MAPS.map((map) => map.name).filter((name) => subject.planes.includes(name));
     const base = subject.planes[0];
     if (base && !wanted.includes("albedo") && base !== "normal" && base !== "height") wanted.unshift("albedo");
-    /** @type {import("./renderer.js").Maps} */
-    const maps = {};
+    /** @type {import("./renderer.js").Maps} */ const maps = {};
     await Promise.all(
       wanted.map(async (name) => {
         maps[name] = await store.picture(subject.at(subject.planes.includes(name) ? name : (base ?? name)));
@@ -183,13 +177,8 @@ export class Lit {
   }
 }
 
-/**
- * @param {string} name
- * @param {number} low
- * @param {number} high
- * @param {() => number} now
- * @param {(value: number) => void} set
- */
+/** @param {string} name @param {number} low @param {number} high @param {() => number} now
+ * @param {(value: number) => void} set */
 function slider(name, low, high, now, set) {
   const range = el("input", {
     class: "range", type: "range", min: String(low), max: String(high), step: "1", value: String(Math.round(now())),

@@ -20,12 +20,10 @@ export const MAPS = /** @type {const} */ ([
 
 export class Renderer {
   canvas = document.createElement("canvas");
-  /** @type {WebGLTexture[]} */
-  #textures = [];
+  /** @type {WebGLTexture[]} */ #textures = [];
   /** @type {WebGLProgram | null} that draws solids, made when one is first asked for */
   #solid = null;
-  /** @type {Maps} */
-  #maps = {};
+  /** @type {Maps} */ #maps = {};
   #up = 1;
 
   /** @param {WebGL2RenderingContext} gl @param {WebGLProgram} flat @param {HTMLCanvasElement} canvas */
@@ -54,16 +52,10 @@ export class Renderer {
     this.#up = down ? -1 : 1;
   }
 
-  /**
-   * Draw it.
-   * @param {{width: number, height: number}} stage px of the device
-   * @param {import("../stage/view.js").View} view
-   * @param {{width: number, height: number}} size of the picture
-   * @param {number} tiles along each axis
-   * @param {Lamp} lamp
-   * @param {Pose} pose
-   * @returns {HTMLCanvasElement}
-   */
+  /** Draw it.
+   * @param {{width: number, height: number}} stage px of the device @param {import("../stage/view.js").View} view
+   * @param {{width: number, height: number}} size of the picture @param {number} tiles along each axis
+   * @param {Lamp} lamp @param {Pose} pose @returns {HTMLCanvasElement} */
   draw(stage, view, size, tiles, lamp, pose) {
     const { gl, canvas } = this;
     const { height, normal } = this.#maps;
@@ -100,14 +92,9 @@ export class Renderer {
     return canvas;
   }
 
-  /**
-   * A map as a texture; colours are sRGB, all else are numbers.
-   * @param {number} unit
-   * @param {MapName} name
-   * @param {ImageBitmap | undefined} picture
-   * @param {readonly number[]} instead
-   * @returns {WebGLTexture}
-   */
+  /** A map as a texture; colours are sRGB, all else are numbers.
+   * @param {number} unit @param {MapName} name @param {ImageBitmap | undefined} picture
+   * @param {readonly number[]} instead @returns {WebGLTexture} */
   #texture(unit, name, picture, instead) {
     const { gl } = this;
     const texture = /** @type {WebGLTexture} */ (gl.createTexture());

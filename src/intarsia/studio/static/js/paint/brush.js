@@ -10,8 +10,7 @@ import { History } from "./history.js";
 
 /** What is painted with, wherever it is painted. */
 export class Kit extends EventTarget {
-  /** @type {Tool} */
-  tool = "brush";
+  /** @type {Tool} */ tool = "brush";
   size = 32;
   value = 1;
   past = new Past();
@@ -36,10 +35,8 @@ export class Kit extends EventTarget {
 
 /** Paints on one stage. */
 export class Brush {
-  /** @type {[number, number] | null} */
-  #last = null;
-  /** @type {Uint8Array | null} */
-  #before = null;
+  /** @type {[number, number] | null} */ #last = null;
+  /** @type {Uint8Array | null} */ #before = null;
   /** @type {[number, number] | null} where the pointer is */
   #over = null;
 

@@ -10,8 +10,7 @@ export function textures({ width, height, data }, picture) {
   const wide = Math.floor(width / step);
   const few = new Uint8Array(wide * Math.floor(height / step));
   const sides = new Uint16Array(few.length); // of the square of one label whose last corner is here
-  /** @type {{side: number, at: number}[]} */
-  const best = [];
+  /** @type {{side: number, at: number}[]} */ const best = [];
   for (let at = 0; at < few.length; at += 1) {
     const label = (few[at] = data[Math.floor(at / wide) * step * width + (at % wide) * step] ?? 0);
     const before = [at - 1, at - wide, at - wide - 1];

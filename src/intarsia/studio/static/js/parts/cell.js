@@ -15,11 +15,8 @@ export class Cell {
   place;
   #shown = "";
 
-  /**
-   * @param {string} id of the job
-   * @param {number} side px that are asked for
-   * @param {(job: Job, event: MouseEvent) => void} act
-   */
+  /** @param {string} id of the job @param {number} side px that are asked for
+   * @param {(job: Job, event: MouseEvent) => void} act */
   constructor(id, side, act) {
     this.id = id;
     this.side = side;
@@ -51,13 +48,9 @@ export class Cell {
   }
 }
 
-/**
- * Keep cells for these jobs in a place, in this order; those that are there already stay, and so does the focus.
- * @param {HTMLElement} place
- * @param {Map<string, Cell>} cells
- * @param {string[]} ids
- * @param {(id: string) => Cell} make
- */
+/** Keep cells for these jobs in a place, in this order; those that are there already stay, and so does the focus.
+ * @param {HTMLElement} place @param {Map<string, Cell>} cells @param {string[]} ids
+ * @param {(id: string) => Cell} make */
 export function arrange(place, cells, ids, make) {
   for (const [id, cell] of cells) {
     if (ids.includes(id)) continue;

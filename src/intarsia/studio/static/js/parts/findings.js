@@ -19,12 +19,9 @@ function fact(found, kind) {
   return "";
 }
 
-/**
- * A switch for each thing that can be drawn.
- * @param {import("../core/types.js").Found} found
- * @param {(kind: string, yes: boolean) => void} turn
- * @returns {HTMLElement}
- */
+/** A switch for each thing that can be drawn.
+ * @param {import("../core/types.js").Found} found @param {(kind: string, yes: boolean) => void} turn
+ * @returns {HTMLElement} */
 export function overlays(found, turn) {
   const rows = (found.overlays ?? []).map((/** @type {string} */ kind) => {
     const told = fact(found, kind);

@@ -43,15 +43,12 @@ export class Looks {
   wanted = "";
   /** @type {string | null} the plane that is looked at */
   plane = null;
-  /** @type {Subject | null} */
-  #subject = null;
+  /** @type {Subject | null} */ #subject = null;
   #offered = "";
   #turn = 0;
 
-  /**
-   * @param {import("../stage/stage.js").Stage} stage
-   * @param {(plane: string) => void} other another plane is asked for
-   */
+  /** @param {import("../stage/stage.js").Stage} stage
+   * @param {(plane: string) => void} other another plane is asked for */
   constructor(stage, other) {
     this.stage = stage;
     this.other = other;

@@ -14,10 +14,8 @@ const NOWHERE = 65535;
 export class Origins {
   /** What the pointer is over, in words. */
   place = el("span", { class: "corner low right number" });
-  /** @type {{x: number, y: number} | null} */
-  #over = null;
-  /** @type {Result | null} */
-  #result = null;
+  /** @type {{x: number, y: number} | null} */ #over = null;
+  /** @type {Result | null} */ #result = null;
   /** @type {Map<string, Uint16Array | null>} parts of its map; null: on the way, or not to be had */
   #parts = new Map();
 

@@ -21,8 +21,7 @@ const CHANGED = ["mask", "crop", "flatten", "scale", "avoid"];
 export class Places {
   bar = el("div", { class: "places", role: "group", "aria-label": "Marked places", hidden: true, onpointerdown: (/** @type {Event} */ e) => e.stopPropagation() });
   repair = button("Repair here", () => void tried(() => this.#repair()), { class: "strong", title: "Make this place anew, as a step of its own" });
-  /** @type {Marked | null} */
-  #marked = null;
+  /** @type {Marked | null} */ #marked = null;
   #at = -1;
 
   /** @param {import("../stage/stage.js").Stage} stage */

@@ -17,11 +17,8 @@ export function bar(job) {
   return el("div", { class: "bar", role: "progressbar", "aria-label": "Progress", "aria-valuenow": percent }, inside);
 }
 
-/**
- * Show a job that is under way, or why it ended without a result. What is pressed and focused stays while the job goes on.
- * @param {HTMLElement} place
- * @param {Job | null} job
- */
+/** Show a job that is under way, or why it ended without a result. What is pressed and focused stays while the job goes on.
+ * @param {HTMLElement} place @param {Job | null} job */
 export function showProgress(place, job) {
   place.hidden = !job || job.state === "done";
   const shown = place.dataset.job;

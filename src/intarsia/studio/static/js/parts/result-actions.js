@@ -13,12 +13,8 @@ import { menu } from "./menu.js";
 /** What a press on *Continue from this* does, in a sentence. */
 export const ONWARD = "It becomes the picture that is worked with, all its maps";
 
-/**
- * @param {import("../core/types.js").Result} result
- * @param {string} plane its picture
- * @param {boolean} onward whether there is a button to go on from it
- * @returns {HTMLElement[]}
- */
+/** @param {import("../core/types.js").Result} result @param {string} plane its picture
+ * @param {boolean} onward whether there is a button to go on from it @returns {HTMLElement[]} */
 export function resultActions(result, plane, onward) {
   const main = result.files.find((file) => file.holds === plane) ?? result.files[0];
   const more = el("div", { class: "menu", role: "group", "aria-label": "Downloads" });

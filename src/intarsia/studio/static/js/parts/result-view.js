@@ -38,10 +38,8 @@ export class ResultView extends Living {
   onward = true;
   scored = el("span");
   waiting = el("p", { class: "awaited number" });
-  /** @type {Job | null} */
-  job = null;
-  /** @type {Result | null} */
-  result = null;
+  /** @type {Job | null} */ job = null;
+  /** @type {Result | null} */ result = null;
   #turn = 0;
   #shown = "";
   #clock = 0;
@@ -211,13 +209,8 @@ export class ResultView extends Living {
     this.strip.show();
   }
 
-  /**
-   * @param {string} what
-   * @param {import("../stage/stage.js").Drawable} picture
-   * @param {string} name
-   * @param {[number, number]} sides of all of it in px
-   * @param {string} [path]
-   */
+  /** @param {string} what @param {import("../stage/stage.js").Drawable} picture @param {string} name
+   * @param {[number, number]} sides of all of it in px @param {string} [path] */
   #show(what, picture, name, sides, path) {
     this.#shown = what;
     this.stage.draft = this.job !== null && this.job.state !== "done";

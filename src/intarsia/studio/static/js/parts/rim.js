@@ -16,11 +16,8 @@ export class Rim {
   said = el("p", { class: "quiet small number", role: "status" });
   #turn = 0;
 
-  /**
-   * @param {import("../core/settings.js").Settings} settings of healing
-   * @param {() => Labels | null} hole
-   * @param {(rim: Layer | null) => void} show
-   */
+  /** @param {import("../core/settings.js").Settings} settings of healing @param {() => Labels | null} hole
+   * @param {(rim: Layer | null) => void} show */
   constructor(settings, hole, show) {
     this.settings = settings;
     this.hole = hole;

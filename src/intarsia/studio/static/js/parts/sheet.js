@@ -15,8 +15,7 @@ export class Sheet extends Living {
   count = el("span", { class: "quiet small number facts" });
   stop = button("Cancel", () => this.#cancel(), { class: "framed" });
   head = el("div", { class: "head" }, el("h2", {}, "Contact sheet"), this.count, this.stop);
-  /** @type {Map<string, Cell>} */
-  #cells = new Map();
+  /** @type {Map<string, Cell>} */ #cells = new Map();
   observer = new ResizeObserver(() => this.#fit(store.sheet.length));
 
   connectedCallback() {

@@ -7,10 +7,8 @@ import { arrange, Cell } from "./cell.js";
 const MOST = 60;
 
 export class Strip extends Living {
-  /** @type {Map<string, Cell>} */
-  #cells = new Map();
-  /** @type {(id: string) => void} */
-  act = (id) => store.look(id);
+  /** @type {Map<string, Cell>} */ #cells = new Map();
+  /** @type {(id: string) => void} */ act = (id) => store.look(id);
   /** @type {string | null} the other one of a comparison */
   other = null;
 

@@ -8,13 +8,9 @@ import { store } from "../core/store.js";
 /** Methods that are there to compare with, and not to choose from. */
 const BASELINES = ["repeat", "random-tiling"];
 
-/**
- * What is asked for, one set of options for each picture.
- * @param {Readonly<Options>} options
- * @param {Many} many
- * @param {string[]} allowed methods of the verb
- * @returns {Options[]}
- */
+/** What is asked for, one set of options for each picture.
+ * @param {Readonly<Options>} options @param {Many} many @param {string[]} allowed methods of the verb
+ * @returns {Options[]} */
 export function variants(options, many, allowed) {
   const first = Number(options.seed ?? 0);
   if (many !== "methods") {

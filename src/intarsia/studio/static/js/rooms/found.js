@@ -26,8 +26,7 @@ export class FoundRoom extends Living {
   panel = el("aside", { class: "panel", "aria-label": "Seen in the example" });
   tools = el("div", { class: "group" });
   told = el("div", { class: "group" });
-  /** @type {Mode} */
-  mode = "look";
+  /** @type {Mode} */ mode = "look";
   /** @type {Set<string>} overlays that are switched on */
   on = new Set();
   crop = new Crop(this.stage, () => this.#tools());
@@ -40,8 +39,7 @@ export class FoundRoom extends Living {
     kit.set({ value: 1 });
     toolKeys(kit, signal, 0);
     kit.history.addEventListener("change", () => void this.#send(), { signal });
-    /** @type {[Mode, string][]} */
-    const modes = [["look", "Look"], ["crop", "Crop"], ["avoid", "Avoid"]];
+    /** @type {[Mode, string][]} */ const modes = [["look", "Look"], ["crop", "Crop"], ["avoid", "Avoid"]];
     const choice = segments("Task", modes, () => this.mode, (mode) => [(this.mode = mode), this.#mode()], { wide: true });
     fill(this, el("section", { class: "half", "aria-label": "Example" }, head, this.stage), this.panel);
     fill(this.panel, el("div", { class: "fields padded" }, choice.element, this.tools, this.told));

@@ -21,8 +21,7 @@ export class GalleryRoom extends Living {
   more = button("Show more", () => [(this.most += STEP), this.#draw()], { class: "framed" });
   most = STEP;
   disk = diskUse();
-  /** @type {Map<string, Cell>} */
-  #cells = new Map();
+  /** @type {Map<string, Cell>} */ #cells = new Map();
 
   connectedCallback() {
     this.className = "gallery";

@@ -57,8 +57,7 @@ export class MendRoom extends Living {
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
-  /** @type {Map<Side, HTMLInputElement>} */
-  #fields = new Map();
+  /** @type {Map<Side, HTMLInputElement>} */ #fields = new Map();
 
   /** What the last change of the chosen task is remembered in. */
   get past() {
@@ -135,8 +134,7 @@ export class MendRoom extends Living {
 
   #panel() {
     const { mode } = task;
-    /** @type {[Mode, string][]} */
-    const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
+    /** @type {[Mode, string][]} */ const modes = [["heal", "Heal"], ["extend", "Extend"], ["tile", "Tile"]];
     const choice = segments("Task", modes, () => task.mode, (next) => [(task.mode = next), void this.onward?.(), this.#mode()], { wide: true });
     const quarter = button("25 % all around", () => {
       const [x = 0, y = 0] = [this.stage.size.width, this.stage.size.height].map((side) => Math.round(side / 4));
@@ -179,8 +177,7 @@ export class MendRoom extends Living {
 
   #axes() {
     const own = settings.tile;
-    /** @type {[string, string][]} */
-    const choices = [["x", "Across"], ["y", "Down"], ["both", "Both"]];
+    /** @type {[string, string][]} */ const choices = [["x", "Across"], ["y", "Down"], ["both", "Both"]];
     const axes = segments("Axes", choices, () => own.options.axes ?? "both", (axis) => own.set("axes", axis === "both" ? null : axis), { wide: true });
     follow(own, axes.element, axes.show);
     return el("div", { class: "row" }, el("span", {}, "Axes"), axes.element);
@@ -208,8 +205,7 @@ export class MendRoom extends Living {
     const exemplar = store.exemplar;
     if (!exemplar || refused(this.panel)) return;
     const { mode } = task;
-    /** @type {Record<string, any>} */
-    const options = { ...settings[mode].options };
+    /** @type {Record<string, any>} */ const options = { ...settings[mode].options };
     await tried(async () => {
       const hole = this.#hole();
       if (mode === "heal") {

@@ -48,12 +48,8 @@ export class StartRoom extends Living {
   }
 }
 
-/**
- * @param {string} name
- * @param {string} src
- * @param {() => void} act
- * @param {string} [id] of an exemplar that can be taken away
- */
+/** @param {string} name @param {string} src @param {() => void} act
+ * @param {string} [id] of an exemplar that can be taken away */
 function card(name, src, act, id) {
   const picture = el("img", { src, alt: "", loading: "lazy", decoding: "async" });
   const away = id && button(`Delete ${name}`, () => void takeAway("exemplars", id), { icon: icon("bin"), bare: true, class: "away" });

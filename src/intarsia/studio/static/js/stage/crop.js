@@ -1,10 +1,8 @@
 /** A rectangle drawn over the stage with whole pixels as its corners. */
 
 export class Crop {
-  /** @type {{x: number, y: number, width: number, height: number} | null} */
-  box = null;
-  /** @type {[number, number] | null} */
-  #from = null;
+  /** @type {{x: number, y: number, width: number, height: number} | null} */ box = null;
+  /** @type {[number, number] | null} */ #from = null;
 
   /** @param {import("./stage.js").Stage} stage @param {() => void} changed */
   constructor(stage, changed) {

@@ -22,8 +22,7 @@ const WALKED = "input, select, textarea, [role=slider], [role=radio], .menu";
 export class Gestures {
   /** @type {Map<number, {x: number, y: number}>} pointers that are down, in device pixels */
   #down = new Map();
-  /** @type {Stroke | null} */
-  #stroke = null;
+  /** @type {Stroke | null} */ #stroke = null;
   /** Whether the space bar is, and what is touched moves the view. */
   held = false;
 

@@ -6,8 +6,7 @@ import { Gestures } from "./gestures.js";
 /** @template {import("./view.js").View} V */
 export class Ground extends HTMLElement {
   canvas = el("canvas", { role: "img" });
-  /** @type {import("./gestures.js").Stroke | null} */
-  tool = null;
+  /** @type {import("./gestures.js").Stroke | null} */ tool = null;
   #asked = 0;
 
   /** @param {V} view */

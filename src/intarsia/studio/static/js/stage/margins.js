@@ -65,8 +65,7 @@ export class Margins {
     const reach = (REACH * devicePixelRatio) / this.stage.view.scale;
     const { left, right, top, bottom } = this.frame(away);
     const beside = x > left - reach && x < right + reach && y > top - reach && y < bottom + reach;
-    /** @type {Side[]} */
-    const sides = [];
+    /** @type {Side[]} */ const sides = [];
     if (!beside) return sides;
     if (Math.abs(x - left) < reach) sides.push("left");
     else if (Math.abs(x - right) < reach) sides.push("right");

@@ -22,13 +22,9 @@ export class Parts {
     return this.#held.size > 0 && [...this.#held.values()].every(Boolean);
   }
 
-  /**
-   * Draw what is there of all parts in sight, and ask for the others.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {number} left device px of the picture
-   * @param {number} top
-   * @param {number} scale
-   */
+  /** Draw what is there of all parts in sight, and ask for the others.
+   * @param {CanvasRenderingContext2D} pen @param {number} left device px of the picture @param {number} top
+   * @param {number} scale */
   draw(pen, left, top, scale) {
     const { width: wide, height: high } = pen.canvas;
     const first = (/** @type {number} */ from) => Math.max(0, Math.floor(-from / scale / SIDE));

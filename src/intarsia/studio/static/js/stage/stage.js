@@ -14,8 +14,7 @@ const BLOCKS = 4;
 
 /** @extends {Ground<View>} */
 export class Stage extends Ground {
-  /** @type {Drawable | null} */
-  picture = null;
+  /** @type {Drawable | null} */ picture = null;
   /** @type {Drawable | null} what is seen to the right of the divider */
   other = null;
   /** @type {[Parts | null, Parts | null]} of the picture and of the other one, where they are larger than what was loaded */
@@ -27,8 +26,7 @@ export class Stage extends Ground {
   around = 0;
   /** @type {number} how often it is drawn along each axis */
   tiles = 1;
-  /** @type {Layer[]} */
-  layers = [];
+  /** @type {Layer[]} */ layers = [];
   /** @type {Painter | null} draws the picture in another way, as large as the stage */
   painter = null;
   /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} draws marks, in device pixels */

@@ -5,8 +5,7 @@ export class View {
   scale = 1;
   /** @type {number} device pixel of the picture's left border */
   x = 0;
-  /** @type {number} */
-  y = 0;
+  /** @type {number} */ y = 0;
   /** Whether it follows the size of the stage until somebody moves it. */
   fitted = true;
 
