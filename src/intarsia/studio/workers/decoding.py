@@ -120,7 +120,8 @@ def look(said: Json, tell: Tell) -> Answer:
     ]
     if exemplar.usable is not None:
         planes.append({"name": "mask", "normals": None, "proposed": False})
-    own = {"name": exemplar.name.rpartition(":")[2] or Path(paths[0]).stem, "width": base.width, "height": base.height}
+    name = exemplar.name.rpartition(":")[2] if len(paths) > 1 or ":" in exemplar.name else ""  # one file keeps its own
+    own = {"name": name or Path(paths[0]).stem, "width": base.width, "height": base.height}
     told = [line for path in paths if Path(path).suffix in PILLOWS for line in _lost(Path(path))]
     if min(base.width, base.height) < FEW:
         told.append(f"{own['name']} has {base.width}x{base.height} px: below {FEW} there is hardly a texture.")

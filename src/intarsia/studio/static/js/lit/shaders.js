@@ -176,7 +176,7 @@ void main() {
 
   // the lamp that is dragged, with the shadows that heights throw; one that fills from the left, one from behind
   vec3 way = turn * (vec3((lamp.xy - centre) * vec2(1.0, -1.0), lamp.z) / radius) - p, l = normalize(way);
-  float fading = lamp.z * lamp.z / (radius * radius * dot(way, way)), lit = 1.0;
+  float fading = min(1.0, lamp.z * lamp.z / (radius * radius * dot(way, way))), lit = 1.0;
   for (int k = 1; k <= 20 && depth > 0.0; k += 1) lit = min(lit, smoothstep(-0.012, 0.004, beyond(p + n * 0.01 + l * depth * 0.15 * float(k))));
   vec3 light = sent(base.rgb, rough, metal, n, v, l) * power * fading * lit;
   light += sent(base.rgb, rough, metal, n, v, turn * normalize(vec3(-0.7, 0.15, 0.5))) * 0.12 * power;
