@@ -237,7 +237,7 @@ def test_what_cannot_be_is_said_so(walk: Walk, texture: ia.Weave) -> None:
     walk.desk.wrong.clear()
     walk.page.locator(".pick-head").click()
     walk.page.locator(".method", has_text="best-tile").click()
-    expect(walk.page.get_by_role("alert")).to_contain_text("no lattice")
+    expect(walk.page.get_by_role("alert")).to_contain_text("no grid")
     assert [line for line in walk.desk.wrong if "400" not in line] == []
     walk.desk.wrong.clear()
     walk.method("repeat")

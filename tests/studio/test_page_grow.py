@@ -69,15 +69,6 @@ def test_planes_that_are_dropped_together_are_one_exemplar(page: Desk) -> None:
     expect(page.page.locator(".planes li")).to_have_text(["Albedo", "Height"])
 
 
-def test_what_is_no_picture_is_refused_in_one_line(page: Desk) -> None:
-    page.drop(broken=b"this is no picture")
-    expect(page.page.get_by_role("alert")).to_contain_text("no picture")
-    page.button("Dismiss").click()
-    expect(page.page.get_by_role("alert")).to_have_count(0)
-    assert page.wrong == ["Failed to load resource: the server responded with a status of 400 (Bad Request)"]
-    page.wrong.clear()
-
-
 def test_a_job_is_cancelled(page: Desk) -> None:
     page.sample("pebbles")
     page.button("8 times the example").click()
