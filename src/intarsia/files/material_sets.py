@@ -45,7 +45,8 @@ _CLEAR = frozenset(_NAME) - frozenset(
 )
 """Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
-_TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif|proposed", re.IGNORECASE)
+_KIND = re.compile(r"\d{1,2}k|(8|16|32)bit|png|jpg|jpeg|exr|tif|proposed", re.IGNORECASE)
+_TAG = re.compile(rf"{_KIND.pattern}|\d{{3,5}}(x\d{{3,5}})?", re.IGNORECASE)  # a number within a name may be its own
 PROPOSED = "_proposed"
 """Ending of the name of a map that was proposed, not measured."""
 
@@ -195,7 +196,7 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
     for length in (2, 1):
         word = "_".join(tokens[max(0, end - length) : end]).lower()
         if end >= length and word in _NAME:
-            return [t for t in tokens[: end - length] if not _TAG.fullmatch(t)], word
+            return [t for t in tokens[: end - length] if not _KIND.fullmatch(t)], word
     return tokens, None
 
 

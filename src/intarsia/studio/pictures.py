@@ -116,7 +116,7 @@ class Showing:
         with self.uploads.folder("exemplars") as folder:
             given = {"paths": self.uploads.paths_of(row), "stem": row["name"], "folder": str(folder), **does}
             answer, _ = await self.beside.ask("edit", within=WITHIN, **given)
-            return await self.uploads.kept(folder, answer["names"])
+            return await self.uploads.kept(folder, answer["names"], {"name": answer["stem"]})
 
     # results
 

@@ -86,10 +86,11 @@ def edit(said: Json, tell: Tell) -> Answer:
         exemplar, done = flattened(exemplar), [*done, "flat"]
     if said["propose"]:
         exemplar = proposed(replace(exemplar, toroidal=files.tiles(said["paths"][0])))
-    made = files_of("_".join([said["stem"], *done]), exemplar)
+    stem = "_".join([said["stem"], *done])
+    made = files_of(stem, exemplar)
     for name, plane in made.items():
         files.write(os.path.join(said["folder"], name), plane)
-    return {"names": list(made)}, b""
+    return {"names": list(made), "stem": stem}, b""
 
 
 @lru_cache(maxsize=4)

@@ -5,7 +5,7 @@ import { icon } from "./core/icons.js";
 import { exemplarOf, store } from "./core/store.js";
 import { turn } from "./core/theme.js";
 import { takeOffer } from "./core/toast.js";
-import { bringFiles, filesOf } from "./parts/bring.js";
+import { bringFiles, filesOf, pick } from "./parts/bring.js";
 import { EndlessRoom } from "./rooms/endless.js";
 import { FoundRoom } from "./rooms/found.js";
 import { GalleryRoom } from "./rooms/gallery.js";
@@ -40,7 +40,8 @@ class Shell extends HTMLElement {
     const theme = button("Light or dark", turn, { icon: icon("dark"), bare: true });
     const mark = el("a", { class: "mark", href: "#start", "aria-label": "intarsia studio: begin" }, "intarsia");
     fill(this.nav, this.#links);
-    fill(this, el("header", { class: "top" }, mark, this.nav, this.status, theme), this.main);
+    this.open = button("Open", pick, { icon: icon("add"), title: "Open a picture, or several" });
+    fill(this, el("header", { class: "top" }, mark, this.open, this.nav, this.status, theme), this.main);
     store.on(["warm", "here"], () => this.#tell());
     store.on(["exemplar", "jobs"], () => (this.#arrived && !store.jobs.has(this.#missed) ? this.#route() : this.#arrive()));
     store.addEventListener("chosen", () => this.#address());
@@ -89,6 +90,7 @@ class Shell extends HTMLElement {
       else link.removeAttribute("aria-current");
     }
     this.nav.hidden = !store.exemplar && !store.made.length;
+    if (this.open) this.open.hidden = start;
     if (name === this.#shown) return;
     this.#shown = name;
     fill(this.main, start ? new StartRoom() : new room.room());

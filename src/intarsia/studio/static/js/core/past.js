@@ -1,6 +1,8 @@
-/** Changes that can be undone, the last one first, and made again. */
+/** Changes that can be undone, the last one first, and made again. Tells "turned" where one was. */
 
-/** @typedef {{undo: () => void, redo: () => void, name: string, at: number}} Change */
+import { say } from "./toast.js";
+
+/** @typedef {{undo: () => void, redo: () => void, name: string, at: number, open: boolean}} Change `open`: it may go on */
 
 /** Changes of the same thing within so many ms, as while a number is typed, are undone together. */
 const MOMENT = 700;
@@ -13,12 +15,13 @@ export class Past extends EventTarget {
   undone = [];
 
   /** Remember a change that was made.
-   * @param {() => void} undo @param {() => void} redo @param {string} [name] of what was changed */
-  add(undo, redo, name = "") {
+   * @param {() => void} undo @param {() => void} redo @param {string} [name] of what was changed
+   * @param {boolean} [open] whether changes of the same in a moment belong to it */
+  add(undo, redo, name = "what was painted", open = false) {
     const at = Date.now();
     const last = this.done.at(-1);
-    if (name && last?.name === name && at - last.at <= MOMENT && !this.undone.length) Object.assign(last, { redo, at });
-    else this.done.push({ undo, redo, name, at });
+    if (open && last?.open && last.name === name && at - last.at <= MOMENT && !this.undone.length) Object.assign(last, { redo, at });
+    else this.done.push({ undo, redo, name, at, open });
     if (this.done.length > MOST) this.done.shift();
     this.undone = [];
     this.dispatchEvent(new Event("change"));
@@ -36,9 +39,11 @@ export class Past extends EventTarget {
   #step(from, to, way) {
     const change = from.pop();
     if (!change) return;
-    change.name = "";
+    change.open = false;
     to.push(change);
     change[way]();
     this.dispatchEvent(new Event("change"));
+    say(`${way === "undo" ? "Undone" : "Done again"}: ${change.name}`);
+    this.dispatchEvent(new Event("turned"));
   }
 }

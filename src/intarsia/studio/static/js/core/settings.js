@@ -2,6 +2,7 @@
 
 import { kept } from "./kept.js";
 import { Past } from "./past.js";
+import { titleOf } from "./words.js";
 
 /** @typedef {import("./types.js").Options} Options */
 
@@ -56,7 +57,7 @@ export class Settings extends EventTarget {
     const before = this.#now;
     if (JSON.stringify(next) === JSON.stringify(before)) return;
     this.#go(next);
-    this.past.add(() => this.#go(before), () => this.#go(next), name && `${this.name} ${name}`);
+    this.past.add(() => this.#go(before), () => this.#go(next), name ? titleOf(name).toLowerCase() : "settings", Boolean(name));
   }
 }
 

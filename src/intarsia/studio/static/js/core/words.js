@@ -9,6 +9,18 @@ export function readable(name) {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/** @type {Record<string, string>} options whose own names say little */
+const TITLES = {
+  feather: "Soften seams", mixing: "Mix seams", even_tone: "Even out tone", repair: "Mend seams", toroidal: "Tiles already", alpha: "Opacity",
+  avoid: "Colour to avoid", flatten: "Flatten light", depth: "Bits", magnify: "Grow small", trials: "Best of", scale: "Reduce", weight: "Follow what is painted", wrap: "Tiles",
+};
+
+/** What an option is called.
+ * @param {string} name */
+export function titleOf(name) {
+  return TITLES[name] ?? readable(name);
+}
+
 /** @type {[RegExp, string][]} words of commands and papers, and those of the page */
 const PLAIN = [
   [/Invalid value for '--?([\w-]+)[^']*': /g, "$1: "], [/in the range (\S+?)<=x<=(\S+\d)/g, "from $1 to $2"],

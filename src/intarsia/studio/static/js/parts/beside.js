@@ -6,14 +6,10 @@ import { carryOn } from "./bring.js";
 import { ONWARD } from "./result-actions.js";
 import { ResultView } from "./result-view.js";
 
-/**
- * @param {HTMLElement} editor
- * @param {HTMLElement} go the button that asks for a result
- * @param {string} name of the way back
- * @param {AbortSignal} signal
- * @returns {{main: HTMLElement, buttons: HTMLElement, onward: () => Promise<void>}} `onward`: go on from the result, if one is seen
- */
-export function beside(editor, go, name, signal) {
+/** @param {HTMLElement} editor @param {HTMLElement} go the button that asks for a result @param {string} name of the way back
+ * @param {import("../core/past.js").Past[]} pasts of what is drawn: what is undone there is looked at @param {AbortSignal} signal
+ * @returns {{main: HTMLElement, buttons: HTMLElement, onward: () => Promise<void>}} `onward`: go on from the result, if one is seen */
+export function beside(editor, go, name, pasts, signal) {
   const view = new ResultView();
   view.onward = false;
   const made = () => store.jobs.get(store.chosen ?? "")?.result ?? null;
@@ -33,5 +29,6 @@ export function beside(editor, go, name, signal) {
     go.classList.toggle("framed", !next.hidden);
   };
   store.on(["chosen", "jobs"], turn, signal);
-  return { main: el("div", { class: "paint-main" }, editor, view), buttons: el("div", { class: "do" }, next, go, back), onward };
+  for (const past of pasts) past.addEventListener("turned", () => store.chosen && store.look(null), { signal });
+  return { main: el("div", { class: "paint-main" }, editor, view), buttons: el("div", { class: "do" }, go, next, back), onward };
 }

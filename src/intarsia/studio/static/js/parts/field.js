@@ -2,18 +2,12 @@
 
 import { el, follow } from "../core/dom.js";
 import { complain } from "../core/toast.js";
-import { inPlain, readable } from "../core/words.js";
+import { inPlain, titleOf } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Option} Option */
 /** @typedef {import("../core/settings.js").Settings} Settings */
 
 const POSES = ["none", "180", "90", "both", "auto"];
-
-/** @type {Record<string, string>} options whose own names say little */
-const NAMES = {
-  feather: "Soften seams", mixing: "Mix seams", even_tone: "Even out tone", repair: "Mend seams", toroidal: "Tiles already", alpha: "Opacity",
-  avoid: "Colour to avoid", flatten: "Flatten light", depth: "Bits", magnify: "Grow small", trials: "Best of", scale: "Reduce", weight: "Follow what is painted",
-};
 
 /** Kinds that a picture or an exemplar is given for; they have places of their own. */
 const PICTURES = ["image", "exemplar", "picture", "file"];
@@ -43,7 +37,7 @@ export function field(option, settings) {
   return el(
     "div",
     { class: "option" },
-    el("label", { for: id }, NAMES[option.name] ?? readable(option.name), unit),
+    el("label", { for: id }, titleOf(option.name), unit),
     control,
     el("p", { class: "help", id: `${id}-help` }, sentence(option.help)),
   );

@@ -23,6 +23,8 @@ export class Places {
   repair = button("Repair here", () => void tried(() => this.#repair()), { class: "strong", title: "Make this place anew, as a step of its own" });
   /** @type {Marked | null} */ #marked = null;
   #at = -1;
+  /** @type {{id: string, part: string, spots: Spot[]} | null} what is left once the job of a repair is done */
+  #left = null;
 
   /** @param {import("../stage/stage.js").Stage} stage */
   constructor(stage) {
@@ -42,6 +44,15 @@ export class Places {
     const away = button("Hide the marks", () => this.show(null), { icon: icon("close"), bare: true });
     fill(this.bar, el("span", { role: "status", title: says }, says), el("span", { class: "segments" }, numbers), this.repair, away);
     numbers[0]?.focus({ preventScroll: true });
+  }
+
+  /** Mark what is left after a repair, on what it made.
+   * @param {Job} job @param {Result} result */
+  goOn(job, result) {
+    const left = this.#left;
+    if (left?.id !== job.id || !left.spots.length) return;
+    this.show({ job, result, ...left }, "Repaired; what is left:");
+    this.#left = null;
   }
 
   /** Look at a place, with what is around it; whether there is one.
@@ -95,7 +106,9 @@ export class Places {
     if (part !== "joins") options.usable = [await sent(spots, SAME, 0)];
     else if (!CHANGED.some((name) => name in first.options)) options.from = first.exemplars;
     await store.bring({ result: result.id });
-    store.look((await store.start("heal", [store.exemplar?.id ?? ""], options)).id);
+    const { id } = await store.start("heal", [store.exemplar?.id ?? ""], options);
+    this.#left = { id, part, spots: spots.filter((other) => other !== spot) };
+    store.look(id);
   }
 }
 

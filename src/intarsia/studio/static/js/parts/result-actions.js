@@ -26,7 +26,7 @@ export function resultActions(result, plane, onward) {
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
   more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
-  const around = menu(button("More to take", () => {}, { icon: icon("add"), bare: true }), more);
+  const around = menu(button("More to take", () => {}, { icon: icon("more"), bare: true }), more);
   const command = button("Command", () => void copied(result.command, `Command copied${needed}`), { icon: icon("copy"), title: result.command });
   const made = [command, around];
   if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));

@@ -114,6 +114,7 @@ export class ResultView extends Living {
       this.looks.show({ id: result.id, result: map, judged: map === result.id, planes, at: (each) => lookOf(result.id, each), down });
       this.softness.show(job, result);
       this.#judge(job, result);
+      this.places.goOn(job, result);
       const method = job.options.method ? "" : called(result.told?.method ?? "");
       this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
       return;
@@ -170,9 +171,10 @@ export class ResultView extends Living {
     return switched;
   }
 
-  /** The result of the same exemplar and the same size that was made before this one, or else after it. */
+  /** A result of the same size: that which this one was made of, or of the same exemplar the one before, or else after it. */
   async #neighbour() {
-    const done = store.made.filter((job) => job.result && job.exemplars[0] === this.job?.exemplars[0]);
+    const from = this.job && exemplarOf(this.job)?.from;
+    const done = store.made.filter((job) => job.result && (job.exemplars[0] === this.job?.exemplars[0] || job.result === from));
     const at = done.findIndex((job) => job.id === this.job?.id);
     for (const job of [...done.slice(at + 1), ...done.slice(0, at).reverse()]) {
       if (String(await this.#size(job)) === String(this.result?.size)) return job.id;

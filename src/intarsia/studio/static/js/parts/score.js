@@ -47,7 +47,7 @@ export function scoreButton({ id, score }, show) {
   const draw = (/** @type {Record<string, Spot[]>} */ places, /** @type {string} */ more = "") =>
     fill(box, el("p", { class: "quiet small" }, `${total} of 100; 100 is as good as the example itself.${more}`), el("ul", {}, list(places)));
   const toggle = button(says, () => {}, { "aria-label": `${says}, score ${total}` });
-  toggle.append(el("span", { class: "quiet small number" }, total));
+  toggle.append(el("span", { class: "quiet small number" }, `${total}/100`));
   let asked = false;
   return menu(toggle, box, () => {
     if (asked) return;

@@ -70,7 +70,7 @@ export class MendRoom extends Living {
     const { signal } = this.gone;
     const head = el("div", { class: "head" }, this.named, viewButtons(this.stage, false));
     const half = el("section", { class: "half", "aria-label": "Picture" }, head, this.stage);
-    const { main, buttons, onward } = beside(half, this.go, "Back to the picture", signal);
+    const { main, buttons, onward } = beside(half, this.go, "Back to the picture", Object.values(settings).map((each) => each.past), signal);
     this.buttons = buttons;
     this.onward = onward;
     fill(this, main, this.panel);

@@ -52,7 +52,7 @@ export class PaintRoom extends Living {
     this.right.append(this.told);
     const pair = el("div", { class: "pair" }, half("Example", this.left), half("Wanted", this.right, look.element));
     const go = button("Grow", () => void this.grow(), { class: "strong big" });
-    const { main, buttons } = beside(pair, go, "Paint on", signal);
+    const { main, buttons } = beside(pair, go, "Paint on", [kit.past], signal);
     fill(this, main, this.panel);
     this.#panel(buttons);
     new Brush(this.left, kit, () => this.#labels()?.source ?? null);
@@ -109,7 +109,7 @@ export class PaintRoom extends Living {
   #dip() {
     const labels = this.#labels();
     if (!labels || !(this.left.picture instanceof ImageBitmap)) return;
-    const found = textures(labels.source, this.left.picture);
+    const found = labels.source.values.length > 1 ? textures(labels.source, this.left.picture) : []; // else nothing is marked yet
     labels.target.inks = FLAT.map((flat, n) => found[n] ?? flat);
     labels.target.paint();
     this.palette.dip(labels.target.inks);
@@ -135,7 +135,7 @@ export class PaintRoom extends Living {
     const tell = (/** @type {string} */ line) => signal.aborted || (this.told.textContent = line);
     await new Promise((after) => setTimeout(after, MOMENT));
     const lacking = labels && live ? this.#lacking(labels) : "";
-    tell(lacking || (live ? "…" : ""));
+    tell(lacking || (live ? "Making a first look …" : ""));
     if (signal.aborted || !live || !exemplar || !labels || lacking) return;
     const known = labels.target.data.slice();
     try {

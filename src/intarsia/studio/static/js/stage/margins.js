@@ -56,7 +56,7 @@ export class Margins {
     const { own } = this;
     const put = (/** @type {Px} */ one) => this.own === own && this.#put(one);
     put(px);
-    this.past.add(() => put(before), () => put(px), name);
+    this.past.add(() => put(before), () => put(px), name ?? "frame", Boolean(name));
   }
 
   /** The sides that are near to a place: one, or two at a corner.
