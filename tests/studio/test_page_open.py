@@ -29,6 +29,15 @@ def test_several_pictures_open_as_several(page: Desk) -> None:
     page.page.get_by_role("heading", name="bark").wait_for()
 
 
+def test_a_picture_is_opened_from_every_room(page: Desk) -> None:
+    page.sample("tiles")
+    for room in ("Mend", "Gallery"):
+        page.room(room)
+        with page.page.expect_file_chooser() as chosen:
+            page.button("Open").click()
+        assert chosen.value.is_multiple()
+
+
 def test_a_refusal_stands_large_beside_the_drop_and_names_the_file(page: Desk) -> None:
     page.drop(notes=b"")
     alert = page.page.get_by_role("region", name="Open a picture").get_by_role("alert")

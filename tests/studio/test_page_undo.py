@@ -65,6 +65,7 @@ def test_settings_are_undone_and_made_again_wherever_the_focus_is(tiles: Desk) -
     tiles.page.get_by_role("link", name="Grow", exact=True).focus()
     keys(tiles, "Control+z")
     expect(tiles.button("2 times the example")).to_have_attribute("aria-pressed", "true")
+    expect(tiles.page.get_by_text("Undone: size", exact=True)).to_be_visible()
     expect(tiles.radio("Both")).to_have_attribute("aria-checked", "true")
     keys(tiles, "Control+z", "Control+y", "Control+Shift+z")
     expect(tiles.button("3 times the example")).to_have_attribute("aria-pressed", "true")
@@ -88,6 +89,18 @@ def test_what_was_changed_last_is_undone_first_painted_or_set(tiles: Desk) -> No
     tiles.button("Redo").click()
     expect(tiles.page.get_by_label("Seed", exact=True)).to_have_value("9")
     expect(tiles.button("Redo")).to_be_disabled()
+
+
+def test_what_is_undone_of_the_painting_is_looked_at(tiles: Desk) -> None:
+    tiles.room("Mend")
+    tiles.stroke((20, 20), (40, 40))
+    tiles.button("Heal").click()
+    tiles.grown()
+    picture = tiles.page.get_by_role("region", name="Picture", exact=True)
+    expect(picture).to_be_hidden()
+    keys(tiles, "Control+z")
+    expect(picture).to_be_visible()
+    expect(tiles.page.get_by_text("Undone: what was painted", exact=True)).to_be_visible()
 
 
 def margins(page: Desk) -> list[int]:

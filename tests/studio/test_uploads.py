@@ -25,7 +25,7 @@ def test_files_of_several_exemplars_become_one_each(served: Served) -> None:
     first = answer.json()
     assert (answer.status_code, first["name"], first["opened"], first["refused"]) == (201, "first", 3, [])
     assert names(served)[:3] == ["first", "wall", "third"]
-    wall = next(row for row in served.get("/api/exemplars") if row["name"] == "wall")
+    wall = max((row for row in served.get("/api/exemplars") if row["name"] == "wall"), key=lambda row: row["created"])
     assert [plane["name"] for plane in wall["planes"]] == ["albedo", "normal"]
 
 
