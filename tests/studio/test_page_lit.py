@@ -101,7 +101,7 @@ def test_every_pixel_is_what_the_formulas_say(page: Desk) -> None:
     dropped(page, "check", **maps)
     seen, how, box = moved(page, 0.4, 0.35), page.told(), page.stage().bounding_box()
     assert box is not None
-    page.page.get_by_role("slider", name="Lamp height").fill("60")
+    page.page.get_by_role("slider", name="Distance").fill("60")
     page.page.get_by_role("slider", name="Brightness").fill("120")
     seen = page.seen()
     held = lamp(page).bounding_box()
@@ -120,7 +120,7 @@ def test_every_pixel_is_what_the_formulas_say(page: Desk) -> None:
 def test_a_lamp_that_is_higher_or_brighter_gives_more_light_aside(page: Desk) -> None:
     dropped(page, "plain", **surface(0.0))
     low = moved(page, 0.5, 0.5)
-    page.page.get_by_role("slider", name="Lamp height").fill("140")
+    page.page.get_by_role("slider", name="Distance").fill("140")
     high = page.seen()
     assert at(page, high, 2.5, 2.5).sum() > 1.2 * at(page, low, 2.5, 2.5).sum()
     page.page.get_by_role("slider", name="Brightness").fill("40")
@@ -216,7 +216,7 @@ def test_raised_parts_throw_shadows(page: Desk) -> None:
     page.radio("Plane").click()
     page.page.get_by_role("slider", name="Turn").fill("0")
     page.page.get_by_role("slider", name="Depth").fill("25")
-    page.page.get_by_role("slider", name="Lamp height", exact=True).fill("80")
+    page.page.get_by_role("slider", name="Distance", exact=True).fill("80")
     left, right = moved(page, 0.0, 0.3), moved(page, 1.0, 0.3)
     how = page.told()
     row, behind = int(how["y"] + 40 * how["scale"]), int(how["x"] + 41 * how["scale"])

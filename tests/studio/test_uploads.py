@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from typing import Any
 
 from PIL import Image
@@ -27,6 +28,15 @@ def test_files_of_several_exemplars_become_one_each(served: Served) -> None:
     assert names(served)[:3] == ["first", "wall", "third"]
     wall = max((row for row in served.get("/api/exemplars") if row["name"] == "wall"), key=lambda row: row["created"])
     assert [plane["name"] for plane in wall["planes"]] == ["albedo", "normal"]
+
+
+def test_numbers_in_names_of_files_stay(served: Served) -> None:
+    row = sent(served, **{"IMG-2_2317__png": png(pixels(seed=26))}).json()
+    assert row["name"] == "IMG-2_2317"
+    made = served.post(f"/api/exemplars/{row['id']}/edit", {"propose": True})
+    assert made["name"] == "IMG-2_2317"
+    told = zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/exemplars/{made['id']}/for/godot.zip"))).namelist()
+    assert "IMG_2_2317_orm.png" in told
 
 
 def test_each_refusal_names_its_file_and_the_others_open(served: Served) -> None:

@@ -212,7 +212,7 @@ class Options:
         },
     )  # fmt: skip
     depth: str | None = option(
-        one_of("8", "16", "half", "float"), "--depth", "Bits of a channel; by default those of the exemplar.", DRAWN,
+        one_of("8", "16", "half", "float"), "--depth", "Bits; by default those of the exemplar.", DRAWN,
         recipe="depth",
     )  # fmt: skip
     force: bool = option(
@@ -261,7 +261,7 @@ class Options:
     )  # fmt: skip
     trials: int | None = option(
         Whole(low=1, high=MOST_TRIALS), "--trials",
-        "Make N variants and keep the one with the best score. With --method auto only. Default: 1.",
+        "Make N variants, keep the best by score. With --method auto only. Default: 1.",
         "grow extend", "without_effect",
     )  # fmt: skip
     seed: int | None = option(
@@ -336,7 +336,7 @@ class Options:
         Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, "of_exemplars",
     )  # fmt: skip
     flatten: bool = option(
-        FLAG, "--flatten", "Even out uneven light in the exemplar first, a slope or a vignette. `intarsia "
+        FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
         "analyze` tells where it helps.", EVERY - {"extend", "heal"}, "of_exemplars",
     )  # fmt: skip
     several: bool = option(

@@ -40,7 +40,7 @@ export class Lit {
     "div",
     { class: "lamp-panel", role: "group", "aria-label": "Lamp", hidden: true },
     segments("Shape", SHAPES.map((shape) => [shape, readable(shape)]), () => pose.shape, (shape) => this.#pose({ shape })).element,
-    slider("Lamp height", 8, 150, () => 100 * lamp.height, (value) => this.#set({ height: value / 100 })),
+    slider("Distance", 8, 150, () => 100 * lamp.height, (value) => this.#set({ height: value / 100 })),
     slider("Brightness", 10, 400, () => 100 * lamp.power, (value) => this.#set({ power: value / 100 })),
   );
   turn = slider("Turn", 0, 360, () => pose.turn, (turn) => this.#pose({ turn }));
