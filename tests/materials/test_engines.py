@@ -69,7 +69,7 @@ def test_what_is_missing_is_filled_as_usual_and_told() -> None:
     orm = found["T_x_ORM.png"].pixels
     assert [np.unique(orm[..., k]).tolist() for k in (0, 2)] == [[255], [0]]
     assert "missing: normal, height, ao, metallic" in told_of
-    assert any(line.endswith("where there is no map, metallic and smoothness are black, others white") for line in told_of)
+    assert any(line.endswith("without a map metallic and smoothness are black, others white") for line in told_of)
     assert list(package("unity", albedo=ALBEDO)) == ["stone_BaseMap.png"]
     metal = package("unity", albedo=ALBEDO, metallic=METAL)["stone_MaskMap.png"]
     assert (metal[..., 3] == 0).all(), "without roughness it is matt"

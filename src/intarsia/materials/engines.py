@@ -92,7 +92,7 @@ def for_engine(exemplar: Exemplar, engine: str) -> tuple[dict[str, Plane], list[
     if own := {n: planes.pop(n) for n in wants.order if n in planes}:
         planes[wants.pack] = _packed(own, wants.order)
         channels = ", ".join(map(" ".join, zip(CHANNELS, wants.order, strict=False)))
-        told.append(f"{wants.pack} holds {channels}; where there is no map, metallic and smoothness are black, others white")
+        told.append(f"{wants.pack} holds {channels}; without a map metallic and smoothness are black, others white")
     told += [f"missing: {', '.join(missing)}"] * bool(missing)
     told += [f"proposed, not measured: {', '.join(guessed)}"] * bool(guessed)
     stem = "T_" * (engine == "unreal") + exemplar.name.rpartition(":")[2]
