@@ -65,7 +65,7 @@ def test_it_is_deleted(gallery: Desk) -> None:
     expect(cards).to_have_count(count - 1)
     cards.first.get_by_role("button", name="Delete").click()
     expect(cards).to_have_count(count - 2)
-    gallery.page.get_by_text("2 deleted").wait_for()
+    gallery.page.get_by_text("2 deleted", exact=True).wait_for()
     gallery.button("Undo").click()
     expect(cards).to_have_count(count)
     expect(gallery.button("Undo")).to_have_count(0)

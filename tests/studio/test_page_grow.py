@@ -238,6 +238,23 @@ def test_so_often_the_exemplar_stays_so_when_another_one_comes(page: Desk) -> No
     expect(width).to_have_value("")
 
 
+def test_one_side_that_is_typed_is_a_square_and_the_other_is_typed_after_it(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("2 times the example").click()
+    wide, high = (page.page.get_by_role("spinbutton", name=f"{side} in px") for side in ("Width", "Height"))
+    wide.press_sequentially("96")
+    expect(high).to_have_value("")
+    expect(high).to_have_attribute("placeholder", "96")
+    page.button("Grow").click()
+    page.grown()
+    high.press_sequentially("64")
+    expect(wide).to_have_value("96")
+    page.button("Grow").click()
+    page.until(lambda: len(page.jobs) == 2)
+    assert [job["options"]["size"] for job in page.jobs] == ["96x96", "96x64"]
+
+
 def test_a_size_that_is_not_allowed_is_refused(page: Desk) -> None:
     page.sample("tiles")
     page.page.get_by_role("spinbutton", name="Width in px").fill("99999")

@@ -108,6 +108,7 @@ def test_a_lone_result_says_that_only_its_colour_goes_and_proposes_maps(page: De
 def test_an_example_is_taken_for_an_engine_from_inspect(page: Desk) -> None:
     page.drop(plate_albedo=png(pixels()), plate_height=png(pixels()[..., 1]))
     page.page.get_by_role("heading", name="plate").wait_for()
+    expect(page.page.locator("exemplar-card").get_by_role("link", name="Zip", exact=True)).to_be_visible()
     page.room("Inspect")
     page.page.get_by_label("For", exact=True).select_option("For Godot")
     with page.page.expect_download() as coming:

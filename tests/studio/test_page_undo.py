@@ -162,6 +162,21 @@ def test_what_was_deleted_comes_back_by_the_key(page: Desk) -> None:
     expect(page.button("Undo")).to_have_count(0)
 
 
+def test_what_was_deleted_comes_back_as_long_as_the_page_is_open(page: Desk) -> None:
+    page.sample("tiles")
+    page.quick()
+    page.button("Grow").click()
+    result = page.grown()
+    page.room("Gallery")
+    made = page.page.locator(".made").filter(has=page.page.locator(f'img[src*="{result}"]'))
+    made.get_by_role("button", name="Delete").click()
+    expect(made).to_have_count(0)
+    page.button("Dismiss").click()  # the offer is gone
+    page.button("Bring back 1 deleted").click()
+    expect(made).to_have_count(1)
+    expect(page.button("Bring back 1 deleted")).to_have_count(0)
+
+
 def test_undo_of_the_endless_room(tiles: Desk) -> None:
     tiles.room("Endless")
     seed = tiles.page.get_by_role("spinbutton", name="Seed")

@@ -25,6 +25,7 @@ from .worker import Answer, Json, Tell
 METHOD = "image-quilting"  # its pictures look like those of others from afar, and take a tenth of their time
 SIDE, MOST = 512, 1024  # px of a draft; and at most, where the exemplar cannot be reduced as much as is wanted
 LEAST = 40  # px of a reduced exemplar: in less nothing would be known again
+BORDER = 8  # px of patches along boundaries of labels: smaller ones are many where little is marked
 FINER = 2  # times as fine as it is grown a draft is drawn that has labels or large exemplars, which take time
 
 
@@ -62,7 +63,7 @@ def _drafted(said: Json) -> Plane:
     if guide is not None:
         sources = [_few(s, n * finer, e.shape) for s, e in zip(guide.sources, exemplars, strict=True)]
         guide = Guide(sources, _few(guide.target, n * finer, size), guide.weight)
-        settings = {"boundary_isometries": "none"}
+        settings = {"boundary_isometries": "none", "boundary_patch": BORDER}
     method, run = make(METHOD, settings), Run(cancel=CANCEL)
     made = synthesize(exemplars, size, method, seed=request.seed or 0, wrap=canvas.wrap, guide=guide, run=run)
     return made.render()

@@ -95,7 +95,7 @@ export function called(method) {
 /** A score in words: how much is wrong, and what mostly, where that is known.
  * @param {number} total @param {string} [flaw] */
 export function judged(total, flaw = "flaws") {
-  return total >= 90 ? "Clean" : `${total >= 65 ? "Some" : total >= 40 ? "Clear" : "Strong"} ${flaw}`;
+  return total >= 90 ? "Clean" : `${total >= 65 ? "Some" : total >= 40 ? "Strong" : "Very strong"} ${flaw}`;
 }
 
 /** A job in a few words: its method and seed, or how soft it was drawn.

@@ -7,7 +7,7 @@ import { store } from "../core/store.js";
 import { facts, readable, size } from "../core/words.js";
 import { imageOf } from "../paint/marks.js";
 import { pick } from "./bring.js";
-import { proposing } from "./material.js";
+import { forEngine, proposing } from "./material.js";
 import { heading } from "./names.js";
 import { drawSteps } from "./steps.js";
 
@@ -44,6 +44,7 @@ class ExemplarCard extends Living {
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name), plane.proposed && " (proposed)"))),
       proposing(planes.map((plane) => plane.name)),
+      planes.length > 1 && forEngine(`/api/exemplars/${exemplar.id}`, name, planes.map((plane) => plane.name)),
       this.steps,
       el(
         "div",

@@ -197,7 +197,8 @@ export class ResultView extends Living {
       if (!this.job || !this.result) return;
       if (String(sides) !== String(this.result.size)) return complain(`This one has ${size(...sides)} px, and A ${size(...this.result.size)}: compare two of the same size.`);
       this.looks.plain();
-      this.compare.show(picture, title(this.job), title(job), path);
+      const before = job.result === exemplarOf(this.job)?.from;
+      this.compare.show(picture, before ? "after" : title(this.job), before ? `before: ${title(job)}` : title(job), path);
       this.strip.other = job.id;
       this.strip.show();
       this.head.querySelector(".compare")?.setAttribute("aria-pressed", "true");

@@ -39,8 +39,7 @@ export function sizeField(settings) {
   const high = field("height");
   const told = () => {
     if (!wide.reportValidity() || !high.reportValidity()) return;
-    const asked = wide.value || high.value;
-    settings.set("size", asked ? `${wide.value || high.value}x${high.value || wide.value}` : null);
+    settings.set("size", [wide.value, high.value].filter(Boolean).join("x") || null);
   };
   const steps = [2, 3, 4, 8].map((by) =>
     button(`${by}×`, () => choose(by), { "aria-label": `${by} times the example`, value: String(by) }),
@@ -53,9 +52,11 @@ export function sizeField(settings) {
   const show = () => {
     const times = timesOf(settings.options.size);
     const sides = pixelsOf(settings.options).map(String);
+    const one = !String(settings.options.size).includes("x"); // the other side follows the one that is typed
     [wide, high].forEach((input, n) => {
       input.placeholder = sides[n] ?? "";
-      if (document.activeElement !== input) input.value = times ? "" : input.placeholder;
+      const follows = times || (one && input !== (document.activeElement === high ? high : wide));
+      if (document.activeElement !== input) input.value = follows ? "" : input.placeholder;
     });
     for (const each of steps) each.setAttribute("aria-pressed", String(Number(each.value) === times));
   };

@@ -9,7 +9,7 @@ import { anySeed, busy, facts, state, title, took } from "../core/words.js";
 import { carryOn } from "../parts/bring.js";
 import { arrange, Cell } from "../parts/cell.js";
 import { diskUse, heading } from "../parts/names.js";
-import { takeAway } from "../parts/taking.js";
+import { bringing, takeAway } from "../parts/taking.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 
@@ -38,6 +38,7 @@ export class GalleryRoom extends Living {
       el("h1", {}, "Gallery"),
       el("span", { class: "quiet number" }, all.length ? `${all.length} made` : "Nothing was made yet. What grows is kept here."),
       this.disk,
+      bringing(),
       failed.length > 0 && button(`Clear ${failed.length} failed`, () => void takeAway("jobs", ...failed), { class: "framed" }),
     );
     arrange(this.grid, this.#cells, all.slice(0, this.most).map((job) => job.id), (id) => {
