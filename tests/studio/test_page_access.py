@@ -212,7 +212,7 @@ def test_the_focus_stays_where_it_is_while_a_job_goes_on(page: Desk) -> None:
 
 def test_the_focus_stays_when_cells_change_their_order(page: Desk) -> None:
     assert page.page.evaluate("""async () => {
-      const { arrange } = await import("/static/js/parts/cell.js");
+      const { arrange } = await import(new URL("parts/cell.js", document.scripts[0].src));
       const place = document.body.appendChild(document.createElement("div")), cells = new Map();
       const order = ids => arrange(place, cells, ids, id => ({
         place: Object.assign(document.createElement("button"), { textContent: id }), show() {},

@@ -132,7 +132,7 @@ def test_what_ends_with_the_result_that_is_shown_before_its_preview_comes_is_sho
     gallery.room("Grow")
     assert gallery.grown() == gallery.result
     ended = """async job => {
-      const { store } = await import("/static/js/core/store.js");
+      const { store } = await import(new URL("core/store.js", document.scripts[0].src));
       store.seen(job.id, 9);
       store.note({ ...job, state: "running", result: null, score: null });
       await new Promise(requestAnimationFrame);

@@ -52,7 +52,7 @@ def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> Non
 
 
 HEARD = """async job => {
-  (await import("/static/js/core/store.js")).store.note(job);
+  (await import(new URL("core/store.js", document.scripts[0].src))).store.note(job);
   await new Promise(done => setTimeout(done, 300));
 }"""
 """What the page does when it hears of a job: no message that comes before all is loaded makes it forget its address."""

@@ -76,7 +76,7 @@ def test_a_draft_is_seen_of_a_job_that_waits_and_what_it_waits_for(page: Desk, s
     ],
 )
 def test_what_a_job_is_at_is_said_as_people_say_it(page: Desk, verb: str, stage: str | None, said: str) -> None:
-    script = "async job => (await import('/static/js/core/words.js')).state(job)"
+    script = "async job => (await import(new URL('core/words.js', document.scripts[0].src))).state(job)"
     assert page.page.evaluate(script, {"verb": verb, "stage": stage, "state": "running"}) == said
 
 

@@ -61,3 +61,13 @@ def test_strokes_over_2048_px_never_ask_the_server(page: Desk, size: int) -> Non
     page.page.mouse.up()
     assert len(painted) >= 150
     assert max(painted) < (size + 80) ** 2
+
+
+def test_files_of_the_page_are_asked_for_once(page: Desk) -> None:
+    """They are kept under the path of their version."""
+    page.page.reload()
+    page.button("Choose files").wait_for()
+    sizes = "performance.getEntriesByType('resource').filter(e => e.name.includes('/static/')).map(e => e.transferSize)"
+    found = page.page.evaluate(sizes)
+    assert len(found) > 50
+    assert set(found) == {0}

@@ -67,7 +67,7 @@ def test_a_page_that_comes_late_is_told_how_things_are_by_a_line_of_its_own(page
     """What is said to all at once may be said before the newest is among them: it would wait for ever."""
     page.sample("tiles")
     asked = """() => new Promise(told => {
-      const ear = new SharedWorker("/static/js/core/ear.js");
+      const ear = new SharedWorker(new URL("core/ear.js", document.scripts[0].src));
       ear.port.onmessage = e => e.data.kind === "here" && told(e.data.told);
       setTimeout(() => told("nothing"), 20000);
     })"""

@@ -18,7 +18,7 @@ from starlette.background import BackgroundTask
 from starlette.convertors import IntegerConvertor, StringConvertor, register_url_convertor
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
@@ -34,6 +34,7 @@ from .security import Safety, error
 from .store import Bin, Events, Row, Store, digest
 
 STATIC = Path(__file__).parent / "static"
+VERSION = f"{max(path.stat().st_mtime_ns for path in STATIC.rglob('*')):x}"  # in the paths of files, which are cached
 LENGTH = re.compile("[0-9]{1,8}")
 SIDE = 4096  # px: largest picture for a page
 EVENTS = "text/event-stream"
@@ -208,8 +209,9 @@ class Studio:
     def table(self) -> list[tuple[str, str, int, Answer]]:
         """Method, path, status and handler; handlers get the request and the parts of the path, ids as rows."""
         store, jobs, bin, showing = self.store, self.jobs, self.bin, self.showing
+        page = (STATIC / "index.html").read_text(encoding="utf-8").replace("/static/", f"/static/{VERSION}/")
         return [
-            ("GET", "/", 200, lambda _: FileResponse(STATIC / "index.html")),
+            ("GET", "/", 200, lambda _: HTMLResponse(page)),
             ("GET", "/api/schema", 200, lambda _: schema()),
             ("GET", "/api/samples/{name}.png", 200, self.sample),
             ("POST", "/api/exemplars", 201, self.bring),
@@ -329,12 +331,21 @@ async def refused(request: Request, e: Exception) -> Response:
 HANDLERS: dict[Any, Any] = dict.fromkeys((IntarsiaError, HTTPException, Exception), refused)
 
 
+class Page(StaticFiles):
+    """The files of the page, which browsers cache under the path of their version."""
+
+    def file_response(self, *args: Any, **kwargs: Any) -> Response:
+        response = super().file_response(*args, **kwargs)
+        response.headers.update(KEPT)
+        return response
+
+
 def app_of(studio: Studio, token: str | None = None) -> Safety:
     """Return the application, with the safety layer around it."""
     routes: list[Any] = [
         Route(path, studio.answered(does, status), methods=[way]) for way, path, status, does in studio.table
     ]
-    routes.append(Mount("/static", StaticFiles(directory=STATIC)))
+    routes.append(Mount(f"/static/{VERSION}", Page(directory=STATIC)))
     return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)
 
 

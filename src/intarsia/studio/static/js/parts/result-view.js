@@ -103,7 +103,7 @@ export class ResultView extends Living {
       }
       const planes = planesOf(result);
       const plane = this.looks.chosen(planes);
-      const path = lookOf(result.id, plane);
+      const path = lookOf(result.id, plane, Math.max(...result.size) > LONGEST ? LONGEST / 2 : LONGEST); // parts are finer
       const picture = await store.picture(path);
       if (!still()) return;
       this.result = result;
