@@ -12,7 +12,7 @@ import pytest
 from studio.served import Served, opened, png
 
 from intarsia.studio.pictures import Drafts, Pictures
-from intarsia.studio.processes import FailedError
+from intarsia.studio.processes import FailedError, Process
 from intarsia.studio.store import Store
 
 
@@ -96,6 +96,18 @@ def test_what_is_malformed_is_refused_as_a_job_is(served: Served, small: str, gi
     assert served.client.post("/api/drafts", content=b"[]").status_code == 400
 
 
+def test_a_finer_draft_of_a_painting_is_grown_at_full_size(served: Served, halves: str) -> None:
+    labels = np.zeros((128, 128), np.uint8)
+    labels[:, 64:] = 1
+    options = {"labels": [served.image(labels)], "target": served.image(labels)}
+    job = {"verb": "paint", "exemplars": [halves], "options": options}
+    coarse = asked(served, halves, "paint", **options)
+    fine = served.client.post("/api/drafts?fine", json=job)
+    assert [coarse.status_code, fine.status_code] == [200, 200]
+    assert opened(fine.content).shape == opened(coarse.content).shape == (128, 128, 3)
+    assert fine.content != coarse.content
+
+
 class Lazy:
     """A process that asks whether the client is still there, as a process does when its turn comes."""
 
@@ -116,7 +128,7 @@ def test_for_a_client_that_has_gone_nothing_is_drawn(tmp_path: Path) -> None:
     async def work() -> None:
         store, process = Store(tmp_path), Lazy()
         store.put("exemplars", {"id": "0" * 16, "name": "a", "width": 9, "height": 9, "files": ["a.png"]})
-        drafts = Drafts(store, Pictures())
+        drafts = Drafts(store, Pictures(), Process())
         drafts.process = cast(Any, process)
         job = {"verb": "grow", "exemplars": ["0" * 16], "options": {}}
         assert await drafts.get(job, gone) == b""

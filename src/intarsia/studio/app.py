@@ -74,7 +74,7 @@ class Studio:
         self.bin = Bin(self.store, self.events)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
-        self.drafts = Drafts(self.store, self.showing.pictures)
+        self.drafts = Drafts(self.store, self.showing.pictures, beside)
         self.jobs = Jobs(self.store, self.events, beside, self.drafts)
         self.weaves = Weaves(self.store, self.showing.pictures)
         self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
@@ -163,7 +163,8 @@ class Studio:
         self.store.put("kept", {"id": key, "value": await said(request)})
 
     async def draft(self, request: Request) -> bytes:
-        return await self.drafts.get(asked_of(await said(request)), request.is_disconnected)
+        asked, fine = asked_of(await said(request)), "fine" in request.query_params
+        return await self.drafts.get(asked, request.is_disconnected, fine)
 
     async def put_job(self, request: Request) -> Row:
         return self.jobs.add(await said(request))

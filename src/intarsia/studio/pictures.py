@@ -229,29 +229,30 @@ class Showing:
 
 
 class Drafts:
-    """Draws at once what jobs will make, coarsely, one after another in a process of its own."""
+    """Draws at once what jobs will make, coarsely, one after another in a process of its own; finer ones beside."""
 
-    def __init__(self, store: Store, pictures: Pictures) -> None:
-        self.store, self.pictures, self.process = store, pictures, Process()
+    def __init__(self, store: Store, pictures: Pictures, beside: Process) -> None:
+        self.store, self.pictures, self.process, self.beside = store, pictures, Process(), beside
 
     async def begin(self) -> None:
         """Start the process, with all that a draft needs."""
         with suppress(FailedError):
             await self.process.ask("draft", words=["grow", "sample:stones", "--size=64"], folder=str(self.store.folder))
 
-    async def get(self, job: Row, gone: Gone | None = None) -> bytes:
-        """Return a draft of a job as PNG; empty if there is none, or if its client has gone."""
+    async def get(self, job: Row, gone: Gone | None = None, fine: bool = False) -> bytes:
+        """Return a draft of a job as PNG, a finer one if there is time; empty if there is none, or nobody waits."""
         words = words_of(job, self.store).said
         if job["verb"] not in DRAFTED:
             return b""
 
         async def draw() -> bytes:
             home = str(self.store.folder / "exemplars" / job["exemplars"][0])
-            _, data = await self.process.ask("draft", within=WITHIN, gone=gone, words=words, folder=home)
+            process = self.beside if fine else self.process
+            _, data = await process.ask("draft", within=WITHIN, gone=gone, words=words, folder=home, fine=fine)
             return data
 
         with suppress(FailedError):
-            return await self.pictures.get(("draft", *words), draw)
+            return await self.pictures.get(("draft", fine, *words), draw)
         return b""
 
 

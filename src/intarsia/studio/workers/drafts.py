@@ -54,7 +54,7 @@ def _drafted(said: Json) -> Plane:
         exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
     guide, settings, sides = canvas.guide, Json(), [side for e in exemplars for side in e.shape]
     most = max(min(sides) // LEAST, 1)
-    finer = 1 if guide is None and max(sides) <= SIDE else min(FINER, most)
+    finer = 1 if said.get("fine") or (guide is None and max(sides) <= SIDE) else min(FINER, most)
     n = min(-(-max(canvas.shape) // SIDE), most // finer)
     if max(canvas.shape) > n * MOST:
         raise InputError("the picture is too large for a draft of so small an exemplar.")

@@ -140,11 +140,15 @@ export class PaintRoom extends Living {
     const known = labels.target.data.slice();
     try {
       const asked = { verb: "paint", exemplars: [exemplar.id], options: await this.#options(labels) };
-      const seen = await picture("/api/drafts", signal, asked);
-      if (signal.aborted) return;
-      labels.result = { picture: seen, known };
-      tell("A first look");
-      this.#see();
+      for (const [path, line] of /** @type {const} */ ([["/api/drafts", "A first look"], ["/api/drafts?fine", "A closer look"]])) {
+        const seen = await picture(path, signal, asked);
+        if (signal.aborted) return;
+        labels.result = { picture: seen, known };
+        tell(line);
+        this.#see();
+        await new Promise((after) => setTimeout(after, 10 * MOMENT)); // until the hand rests
+        if (signal.aborted) return;
+      }
     } catch (error) {
       const none = error instanceof Refused && error.status === 204;
       tell(none ? "" : String(error instanceof Error ? error.message : error));
