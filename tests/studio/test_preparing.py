@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from studio.served import QUICK, pixels, png
 
 from intarsia.cli import Report
@@ -49,6 +50,12 @@ class Worker:
         """Whoever does not listen is ended."""
         self.ended = True
         self.stopped.set()
+
+
+@pytest.fixture(autouse=True)
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Prepare at once: no page comes here."""
+    monkeypatch.setattr("intarsia.studio.jobs.CALM", 0.0)
 
 
 async def settled(ready: Any) -> None:

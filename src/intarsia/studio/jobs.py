@@ -33,6 +33,7 @@ SMALL = 1 << 19  # px: larger pictures, and those of these methods, take more th
 TRIAL = ("--size=512", "--output=out.png", "--json")  # options of growing an exemplar before a job comes
 CANCELLED = 130  # exit code
 LOOKING = "look"  # stage of a job that takes over an analysis
+CALM = 1.5  # s after the start in which nothing is prepared: a page that comes has the machine for itself
 PATIENCE = 3.0  # s after which a worker that does not stop is killed
 
 
@@ -219,6 +220,9 @@ class Jobs:
                 await self._wakes[1].wait()
 
     async def _work(self) -> None:
+        if self._next() is None:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._wakes[0].wait(), CALM)
         while True:
             self._wakes[0].clear()
             self._hurry = False
@@ -243,6 +247,7 @@ class Jobs:
 
     async def _draft(self) -> None:
         """Draft jobs, the latest first; a draft comes before previews of the work itself, or not at all."""
+        await asyncio.sleep(CALM)
         await self.drafts.begin()
         while True:
             name = (job := await self._to_draft.get())["id"]

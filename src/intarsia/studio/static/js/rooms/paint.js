@@ -29,7 +29,7 @@ const painted = new Map();
 const kit = new Kit();
 const painting = new Settings("paint", kit.past);
 const MOST = 8192; // px a side of what is painted
-const MOMENT = 150; // ms without a change, so that a number that is typed, or undo again and again, is one
+const MOMENT = 60; // ms without a change, so that a number that is typed, or undo again and again, is one
 let live = true; // whether the result is shown while it is painted
 let patience = 60; // how often a first look that is not there yet is asked for again: on a new computer it takes two minutes
 
@@ -146,13 +146,13 @@ export class PaintRoom extends Living {
         labels.result = { picture: seen, known };
         tell(line);
         this.#see();
-        await new Promise((after) => setTimeout(after, 10 * MOMENT)); // until the hand rests
+        await new Promise((after) => setTimeout(after, 25 * MOMENT)); // until the hand rests
         if (signal.aborted) return;
       }
     } catch (error) {
       const none = error instanceof Refused && error.status === 204;
       tell(none ? "" : String(error instanceof Error ? error.message : error));
-      if (none && patience-- > 0) setTimeout(() => signal.aborted || void this.#draft(), 20 * MOMENT);
+      if (none && patience-- > 0) setTimeout(() => signal.aborted || void this.#draft(), 50 * MOMENT);
     }
   }
 
