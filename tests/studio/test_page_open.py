@@ -91,7 +91,8 @@ def test_an_example_and_a_result_are_given_names(page: Desk) -> None:
     expect(page.page.get_by_role("heading", name="scan")).to_be_visible()
     expect(page.button("Rename scan")).to_be_focused()
     scan = next(row["id"] for row in page.served.get("/api/exemplars") if row["name"] == "scan")
-    page.served.ended(page.served.job("grow", [scan], **QUICK))
+    job = page.served.ended(page.served.job("grow", [scan], **QUICK))["id"]
+    page.until(lambda: page.served.get(f"/api/jobs/{job}")["score"] is not None)
     page.room("Gallery")
     card = page.page.locator(".made").first
     card.get_by_role("heading", name="scan").dblclick()
