@@ -196,7 +196,7 @@ BUDGET = {
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 27_048,
+    "studio": 27_057,
     "tasks": 13_873,
     "testing": 4_852,
 }

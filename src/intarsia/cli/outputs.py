@@ -25,7 +25,6 @@ from .exemplars import Inputs, PlaneFiles, sets_of, stem_of
 if TYPE_CHECKING:
     from ..tasks.scoring import Outcome
 
-
 FIELDS = ("stem", "seed", "method", "w", "h")
 
 

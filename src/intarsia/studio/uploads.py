@@ -78,8 +78,11 @@ class Uploads:
         with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
-                names.append(stem_of(name) + ending_of(data[:32], name))
-                await asyncio.to_thread((folder / names[-1]).write_bytes, data)
+                own = stem_of(name) + ending_of(data[:32], name)
+                if own in names:  # two endings of one format
+                    raise InputError(f"two files are called {own}; rename one.")
+                names.append(own)
+                await asyncio.to_thread((folder / own).write_bytes, data)
             return await self.kept(folder, names, more)
 
     async def sample(self, name: Any) -> Row:
