@@ -113,11 +113,13 @@ class TestCancel:
         first, second = (served.job("grow", [small], **LONG, seed=n) for n in (1, 2))
         assert served.post(f"/api/jobs/{second['id']}/cancel")["state"] == "cancelled"
         running(served, first)
+        assert served.post(f"/api/jobs/{first['id']}/name", {"name": "named meanwhile"})["fraction"] > 0
         began = time.monotonic()
         served.post(f"/api/jobs/{first['id']}/cancel")
         ended = served.ended(first)
         assert ended["state"] == "cancelled"
         assert ended["error"] is None
+        assert ended["name"] == "named meanwhile"
         assert time.monotonic() - began < 3
         served.post(f"/api/jobs/{first['id']}/cancel", status=409)
         assert not list((served.folder / "results").glob(".under-way-*"))

@@ -92,11 +92,13 @@ def test_an_example_and_a_result_are_given_names(page: Desk) -> None:
     expect(page.button("Rename scan")).to_be_focused()
     scan = next(row["id"] for row in page.served.get("/api/exemplars") if row["name"] == "scan")
     job = page.served.ended(page.served.job("grow", [scan], **QUICK))["id"]
-    page.until(lambda: page.served.get(f"/api/jobs/{job}")["score"] is not None)
     page.room("Gallery")
     card = page.page.locator(".made").first
     card.get_by_role("heading", name="scan").dblclick()
     field.fill("The best one")
+    page.until(lambda: page.served.get(f"/api/jobs/{job}")["score"] is not None)
+    page.page.wait_for_timeout(500)  # what the score changes on the card
+    expect(field).to_have_value("The best one")
     field.press("Enter")
     expect(card.get_by_role("heading", name="The best one")).to_be_visible()
     page.page.reload()

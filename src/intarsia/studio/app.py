@@ -132,7 +132,7 @@ class Studio:
         row, own = self.store.row(kind, name), (await said(request)).get("name")
         if not isinstance(own, str) or not own.isprintable() or len(own.strip()) not in range(kind != "jobs", 81):
             raise ParameterError("name: give 1 to 80 characters that can be printed.")
-        row = self.store.put(kind, row | {"name": own.strip()})
+        row = self.jobs.now(self.store.put(kind, row | {"name": own.strip()}))
         self.events.tell(kind[:-1], row)
         return row
 

@@ -291,6 +291,7 @@ class Jobs:
             del self._running[name]
             self._cancelled.discard(name)
             self.previews.pop(name, None)
+        job = self.store.get("jobs", name) or job  # it may have been given a name meanwhile
         self._tell(job | self._live.pop(name) | failed | {"ended": time.time()})
         if failed.get("result") and failed.get("score") is None:
             self._to_score.put_nowait(name)
@@ -306,7 +307,7 @@ class Jobs:
                 if "ready" in said:
                     said = {"ready": time.time() + said["ready"]}
                 self._live[name] |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
-                self.events.tell("job", job | self._live[name])
+                self.events.tell("job", self.now(self.store.get("jobs", name) or job))
 
         return heard
 

@@ -22,7 +22,7 @@ export function heading(kind, { id, name = "" }, tag, shown = "") {
     };
     const key = (/** @type {KeyboardEvent} */ e) => {
       if (e.key === "Escape") input.value = says;
-      if (["Enter", "Escape"].includes(e.key)) [input.blur(), pencil.focus()];
+      if (["Enter", "Escape"].includes(e.key)) [e.preventDefault(), input.blur(), pencil.focus()]; // else Enter presses the pencil
     };
     const input = el("input", { class: "field", value: says, maxLength: 80, "aria-label": "Name", onblur: () => void take(), onkeydown: key });
     fill(place, input);

@@ -55,7 +55,7 @@ export class GalleryRoom extends Living {
     const says = this.#cells.get(job.id)?.place.querySelector(".says");
     const name = exemplarOf(job)?.name ?? job.label ?? job.verb;
     const seen = `${job.state} ${job.score} ${name} ${job.name}`;
-    if (!says || says.dataset.seen === seen) return;
+    if (!says || says.dataset.seen === seen || says.querySelector("input")) return; // a name that is typed stays
     says.dataset.seen = seen;
     const score = typeof job.score === "number" ? `score ${Math.round(job.score)}` : "";
     const told = job.state === "done" ? facts(took(job), score) : state(job);
