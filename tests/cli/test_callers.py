@@ -57,7 +57,7 @@ def test_what_is_told_of_a_run() -> None:
     assert steps[-1]["remaining"] == 0
     result = told[-1]["result"]
     assert [Path(file["path"]).name for file in result["files"]] == ["out.png"]
-    printed = CliRunner().invoke(cli, "grow layer-1.png -o out.png --size 60 --force --json -m image-quilting".split())
+    printed = CliRunner().invoke(cli, ["grow", "layer-1.png", "-o", "out.png", "--size", "60", "--force", "--json", "-m", "image-quilting"])
     assert json.loads(printed.stdout) | {"timings": 0} == result | {"timings": 0}
 
 
@@ -98,7 +98,7 @@ def test_kinds_of_errors() -> None:
 
 class TestNames:
     @pytest.mark.parametrize("words", [
-        "heal layer-1.png --mask hole.png -o out.png", f"heal {{}}/layer-1.png --mask {{}}/hole.png -o out.png",
+        "heal layer-1.png --mask hole.png -o out.png", "heal {}/layer-1.png --mask {}/hole.png -o out.png",
     ])  # fmt: skip
     def test_messages_name_files_as_they_are_called(self, words: str, here: Path) -> None:
         words = words.replace("{}", str(here))
