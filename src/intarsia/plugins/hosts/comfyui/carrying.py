@@ -117,7 +117,7 @@ def at(array, place):
 
 @contextmanager
 def saying(ia, place, count, mask="mask"):
-    """Turn errors of intarsia into a line that names the node's inputs, and a cancelled run into ComfyUI's interrupt."""
+    """Turn errors of intarsia into a line that names the node's inputs, and a cancelled run into ComfyUI's own."""
     try:
         yield
     except ia.CancelledError:
