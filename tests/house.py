@@ -20,7 +20,7 @@ ROOT = Path(intarsia.__file__).parent
 FLOORS = (
     {"foundation", "version"},
     {"disk", "kernels"},
-    {"model"},
+    {"model", "plugins"},
     {"files", "methods", "rendering"},
     {"analysis"},
     {"lattice", "materials", "search"},
@@ -48,8 +48,12 @@ LEAF = "published"
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 
 
+HOSTS = ROOT / "plugins" / "hosts"
+"""Files that other programs run: no rooms of the house, and no part of what it imports."""
+
+
 def modules() -> list[Path]:
-    return sorted(ROOT.rglob("*.py"))
+    return sorted(path for path in ROOT.rglob("*.py") if HOSTS not in path.parents)
 
 
 def named(path: Path) -> str:
@@ -175,7 +179,7 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 BUDGET = {
     "analysis": 16_280,
     "choosing": 5_272,
-    "cli": 19_566,
+    "cli": 20_669,
     "corrections": 19_852,
     "foundation": 9_289,
     "model": 9_914,
@@ -183,21 +187,22 @@ BUDGET = {
     "files": 13_524,
     "giant": 6_960,
     "judging": 9_777,
-    "kernels": 14_203,
+    "kernels": 14_333,
     "lattice": 12_417,
     "materials": 2_701,
     "methods": 3_815,
+    "plugins": 834,
     "patches": 12_429,
     "published": 28_217,
     "regular": 32_780,
     "rendering": 18_436,
-    "request": 8_911,
+    "request": 9_035,
     "root": 2_597,
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 27_057,
-    "tasks": 13_873,
+    "studio": 27_087,
+    "tasks": 13_885,
     "testing": 4_852,
 }
 """Most tokens of each room, the rooms in it counted, and of the modules beside the rooms (root).

@@ -25,12 +25,15 @@ import click
 from ..disk import prepare_memory, reason_of
 from ..foundation import IntarsiaError, ResourceError, legible
 from ..version import VERSION
+from . import callers
 
 if TYPE_CHECKING:
     from ..choosing.auto import Choice
 
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line
+
+SURE = 0.05  # part of a work after which the time that is left can be told
 
 RARELY = 300_000  # new objects between two looks for garbage: compiling makes millions, and leaves little of it
 
@@ -77,12 +80,6 @@ def one_line(message: object) -> str:
     words = legible(str(message)[: 100 * MOST]).split()
     line = " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in words)
     return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
-
-
-def print_error(line: str) -> None:
-    """Write a line to stderr; a closed one is ignored."""
-    with suppress(OSError, ValueError):
-        click.echo(legible(line), err=True)
 
 
 def print_lines(lines: Iterable[str]) -> None:
@@ -163,13 +160,15 @@ COMMANDS = {
     "methods": "List the methods, or the parameters of one.",
     "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
+    "install-plugin": "Put intarsia into Blender, GIMP, Krita or ComfyUI.",
+    "where": "Tell where this program is, and what it speaks with others.",
 }
 """Name -> description, in the order of help. All but those planned have a module of their name with a `command`."""
 
 PLANNED = {"grow", "paint", "extend", "heal", "tile"}
 """Commands of `verbs.py`, which plans before it works."""
 
-LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
+LIGHT = {"-h", "--help", "--help-all", "--version", "methods", "where", "install-plugin"}
 """Words of a command line that needs little memory."""
 
 
@@ -203,6 +202,7 @@ class LazyGroup(click.Group):
         if os.environ.get(f"_{name.upper()}_COMPLETE"):
             super().main(given, name)
         CANCEL.clear()
+        callers.begin(given)
         code, debug = 0, "--debug" in given or os.environ.get("INTARSIA_DEBUG") == "1"
         try:
             with stoppable():
@@ -224,9 +224,9 @@ class LazyGroup(click.Group):
                 import traceback
 
                 for line in traceback.format_exc().splitlines():
-                    print_error(line)
+                    callers.say(line)
             code, message = describe_error(e)
-            print_error(f"intarsia: {message}")
+            callers.say_error(message, callers.kind_of(e), code)
         sys.exit(code)
 
 
@@ -272,7 +272,7 @@ class Report:
     progress: str | None = None
     quiet: bool = False
     warnings: list[str] = field(default_factory=list)
-    say: Callable[[str], None] = print_error  # above the progress bar, while there is one
+    say: Callable[[str], None] = callers.say  # above the progress bar, while there is one
 
     def note(self, line: str) -> None:
         """Print a line for a person, unless quiet."""
@@ -284,12 +284,17 @@ class Report:
         for line in lines:
             if line not in self.warnings:
                 self.warnings.append(line)
-                self.note(f"intarsia: warning: {line}")
+                if not callers.reads_lines():
+                    self.note(f"intarsia: warning: {line}")
+                elif not self.quiet:
+                    callers.say(one_line(line), "warning")
 
     def result(self, result: dict[str, Any]) -> None:
-        """Print the result, if JSON is wanted."""
+        """Print the result, if JSON is wanted; tell it to a caller that reads lines."""
         if self.as_json:
             say_json({**result, "warnings": self.warnings})
+        if callers.reads_lines():
+            callers.tell(result={**result, "warnings": self.warnings})
 
     @contextmanager
     def watching(self, parts: int) -> Iterator[Progress]:
@@ -310,6 +315,7 @@ class Progress:
     def __init__(self, report: Report, parts: int) -> None:
         self._report, self._parts, self._part, self._span = report, parts, 0, (0.0, 1.0)
         self._fraction, self._told, self._stage = 0.0, 0.0, ""
+        self._began = time.monotonic()
         self._exemplars: tuple[Any, ...] = ()
         self._lines = report.progress == "json"
         self._wants_bar = not self._lines and not report.quiet and sys.stderr is not None and sys.stderr.isatty()
@@ -335,7 +341,7 @@ class Progress:
         """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()
-            self._bar, self._report.say = None, print_error
+            self._bar, self._report.say = None, callers.say
 
     def _step(self, done: int, total: int, draft: Any = None) -> None:
         self._show(done, total, last=done == total)
@@ -351,10 +357,9 @@ class Progress:
             return
         self._told = now
         if self._lines:
-            import json
-
-            facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
-            print_error(json.dumps(facts))
+            part, spent = self._fraction, now - self._began
+            left = round(spent / part * (1 - part), 1) if part > SURE else None
+            callers.tell(stage=self._stage, done=done, total=total, fraction=round(part, 4), remaining=left)
             return
         if self._bar is None:
             from rich.console import Console
@@ -375,6 +380,8 @@ def _listen() -> None:
     from ..kernels import on_first_compilation, on_trouble, troubled
 
     def compiling() -> None:
+        if callers.reads_lines():
+            callers.tell(stage="compile", done=0, total=1, fraction=0.0, remaining=None)
         for report in () if troubled() else _listening:  # the line on that tells of it, too
             report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
 

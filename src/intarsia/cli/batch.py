@@ -21,7 +21,7 @@ from ..model.image import Plane
 from ..request import Json, Request, inputs_of, repeated, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
-from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
+from . import CANCEL, Progress, Report, Step, as_json, callers, describe_error, explain, one_line
 from .exemplars import Inputs
 from .outputs import Staging, check_all, write_page
 from .plan import PREVIEWED, Output, materials_of, method_as_json, orders_of, shelves_of
@@ -146,10 +146,10 @@ class Batch:
         answer = self.results[0] if alone else {"results": self.results}
         self.report.result(answer | more | ({"failed": self.failed} if self.failed else {}))
         if self.failed:
-            names = [str(f["material"]) for f in self.failed]
+            names, code = [str(f["material"]) for f in self.failed], int(self.failed[0]["exit_code"])
             of = f"{len(names)} of {len(self.materials)}"
-            self.report.say(one_line(f"intarsia: {of} materials failed: {', '.join(names)}"))
-            raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
+            callers.say_error(one_line(f"{of} materials failed: {', '.join(names)}"), "materials", code)
+            raise click.exceptions.Exit(code)
 
     def _planned(self, order: Output) -> Json:
         """Print what would be made, and return it as JSON."""

@@ -20,7 +20,7 @@ from ..methods import METHODS, RENAMED, method_class, preset
 from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
 from ..request.field import FLAG, Field, File, Kind, Number, Whole
 from ..request.fields import methods_for
-from . import Report, enable_collection
+from . import CANCEL, Report, callers, enable_collection
 
 if TYPE_CHECKING:
     ParamType = click.ParamType[Any]
@@ -168,6 +168,9 @@ class HelpfulCommand(click.Command):
         def carry_out(**given: Any) -> None:
             request = request_of(verb, given)
             report = Report(request.as_json, request.progress, request.quiet)
+            callers.call(request.called)
+            if request.with_parent:
+                callers.end_with_parent(CANCEL.set, request.files)
             with allowing(request.max_pixels):
                 check_stdout(request, report)
                 does(request, report)
@@ -242,7 +245,7 @@ def now_called(args: list[str]) -> list[str]:
     """Return the words of a command with options of version 0.1 under the names that they have now, and say so."""
     flags = [word.partition("=")[0] for word in args]
     for flag in dict.fromkeys(flag for flag in flags if flag in WAS):
-        click.echo(f"{flag} is called {WAS[flag]} now.", err=True)
+        callers.say(f"{flag} is called {WAS[flag]} now.")
     return [WAS.get(flag, flag) + word[len(flag) :] for flag, word in zip(flags, args, strict=True)]
 
 

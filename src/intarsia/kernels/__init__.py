@@ -14,8 +14,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
+import platform
 import shutil
 import stat
+import sys
 import uuid
 import warnings
 from collections.abc import Callable
@@ -190,6 +192,24 @@ def cache_folder() -> str | None:
     if fresh:
         _prune(home)
     return str(folder)
+
+
+def is_warm() -> bool:
+    """Return whether every kernel was compiled into the cache, for this computer."""
+    folder = cache_folder()
+    return folder is not None and os.path.isfile(os.path.join(folder, _warm_mark()))
+
+
+def mark_warm() -> None:
+    """Note in the cache that every kernel was compiled."""
+    if (folder := cache_folder()) is not None:
+        with suppress(OSError), open(os.path.join(folder, _warm_mark()), "wb"):
+            pass
+
+
+def _warm_mark() -> str:
+    computer = hashlib.sha256("\n".join((sys.version, *platform.uname()[4:])).encode()).hexdigest()
+    return f"warm-{computer[:16]}"
 
 
 def _sticky(found: os.stat_result) -> bool:

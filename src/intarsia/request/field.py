@@ -17,6 +17,7 @@ from ..foundation import InputError, channels_of
 from ..foundation.run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
+LONGEST_NAME = 100  # characters of the name by which a file is called
 
 
 class Kind:
@@ -246,6 +247,18 @@ class NamedFile(Kind):
         if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
             raise ValueError(f"{text} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.")
         return name, path
+
+
+class Called(Kind):
+    """FILE=NAME; gives the pair. The name is what a person reads."""
+
+    name, shown, between = "named", "FILE=NAME", "="
+
+    def read(self, text: str) -> Any:
+        path, _, name = text.partition("=")
+        if not path or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+            raise ValueError(f"{text} is not FILE=NAME; give a file and up to {LONGEST_NAME} characters to call it by.")
+        return path, name.strip()
 
 
 class Channels(Kind):

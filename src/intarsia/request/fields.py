@@ -25,6 +25,7 @@ from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
     FLAG,
+    Called,
     Channels,
     Colour,
     File,
@@ -445,6 +446,14 @@ class Options:
         EVERY - {"analyze", "score"}, "rare local without_effect",
     )  # fmt: skip
     progress: str | None = option(
-        one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},
+        one_of("json"), "--progress", "Tell all as JSON lines on stderr. For programs; docs/callers.md says which.",
+        READ, "rare local without_effect",
+    )  # fmt: skip
+    with_parent: bool = option(
+        FLAG, "--with-parent", "End when the standard input is closed. As it is when the calling program ends.", READ,
         "rare local without_effect",
+    )  # fmt: skip
+    called: tuple[tuple[str, str], ...] = option(
+        Called(), "--call", "What messages call a file, such as layer1.png=Background. Once for each.", READ,
+        "many rare local without_effect",
     )  # fmt: skip

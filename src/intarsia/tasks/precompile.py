@@ -12,6 +12,7 @@ import numpy as np
 from ..foundation import AUTO_METHOD, Record, expect
 from ..foundation.blend import Levelling
 from ..foundation.run import Run, run_of
+from ..kernels import mark_warm
 from ..methods import METHODS, make, method_class
 from ..model import Exemplar
 from ..synthesis import synthesize
@@ -71,7 +72,9 @@ def precompile_all(run: Run) -> int:
     """Compile the kernels of all methods and kinds of pixels for this computer; return the number of runs."""
     kinds = [partial(_pixels, "image-quilting", {"patch": 8}), partial(_pixels, "parallel-controllable", {"angle": 30})]
     works: list[Work] = [*CHOICES, *(partial(_by, slug) for slug in METHODS), *kinds]
-    return _do_all([*works, _healed, lambda run: tile("sample:stones", run=run)], run)
+    pictures = _do_all([*works, _healed, lambda run: tile("sample:stones", run=run)], run)
+    mark_warm()
+    return pictures
 
 
 def _do_all(works: list[Work], run: Run) -> int:

@@ -44,11 +44,10 @@ def judge(request: Request, report: Report) -> None:
     if page is not None:
         outcome = outcome.but(name=output, missed=misses(found, request.gates))
         _tell(outcome, page, request.force)
-    if report.as_json:
-        more = {"energy": outcome.energy, "report": page}
-        told = {name: value for name, value in more.items() if value is not None}
-        report.result({"file": output, **found.as_dict(), **told})
-    elif not report.quiet:
+    more = {"energy": outcome.energy, "report": page}
+    told = {name: value for name, value in more.items() if value is not None}
+    report.result({"file": output, **found.as_dict(), **told})
+    if not (report.as_json or report.quiet):
         print_lines(_in_words(output, found))
     gated(found, request.gates, output)
 

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 import click
 
 from ...foundation import ResourceError
-from .. import Interrupted, debug_option, one_line, print_error
+from .. import Interrupted, callers, debug_option, one_line
 from ..verbs import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
@@ -45,4 +45,4 @@ def command(files: tuple[str, ...], port: int, no_browser: bool, folder: str) ->
     from ...studio.serving import serve
 
     with suppress(Interrupted):
-        serve(files, folder, port, not no_browser, lambda line: print_error(one_line(line)))
+        serve(files, folder, port, not no_browser, lambda line: callers.say(one_line(line)))
