@@ -21,7 +21,7 @@ import pytest
 
 import intarsia
 
-FOLDER = Path(intarsia.__file__).parent / "plugins" / "hosts" / "comfyui"
+FOLDER = Path(intarsia.__file__).parent / "plugins" / "hosts" / "comfyui" / "intarsia-textures"
 
 
 class Tensor(np.ndarray[Any, Any]):

@@ -29,7 +29,7 @@ import numpy as np
 import intarsia as ia
 
 PACKAGE = Path(ia.__file__).resolve().parent
-NODES = PACKAGE / "plugins" / "hosts" / "comfyui"
+NODES = PACKAGE / "plugins" / "hosts" / "comfyui" / "intarsia-textures"
 WAIT = 300  # s: for the server to start, or one workflow to end
 SKIPPED = 77
 Graph = dict[str, dict[str, Any]]
