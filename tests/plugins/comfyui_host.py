@@ -117,11 +117,10 @@ class Host:
     def __init__(self) -> None:
         self.interrupted = False
         self.interrupt_at = float("inf")
+        self.bar_throws = False  # as where the page hears of progress: ComfyUI looks for interrupts there, too
         self.bar: list[tuple[int, int]] = []
-        self.asked = 0
 
     def processing_interrupted(self) -> bool:
-        self.asked += 1
         return self.interrupted
 
     def throw_exception_if_processing_interrupted(self) -> None:
@@ -133,6 +132,8 @@ class Host:
         def update_absolute(value: int, total: int = total, preview: Any = None) -> None:
             self.bar.append((value, total))
             self.interrupted |= len(self.bar) >= self.interrupt_at
+            if self.bar_throws:
+                self.throw_exception_if_processing_interrupted()
 
         return SimpleNamespace(update_absolute=update_absolute)
 

@@ -105,6 +105,15 @@ class TestGrow:
         wanted = ia.synthesize(deep, (64, 72), "image-quilting").render().pixels
         assert (bits(made["image"], 65535)[0] == wanted).all()
 
+    def test_gray_comes_back_as_three_channels_and_a_fourth_stays(self, comfy: Comfy) -> None:
+        gray = comfy.run("IntarsiaGrow", image=tensor(image(GRAY)[..., :1]), **QUICK)["image"]
+        wanted = ia.synthesize(GRAY, (64, 72), "image-quilting", wrap="both").render().samples
+        assert (bits(gray)[0] == wanted).all()
+        assert gray.shape == (1, 64, 72, 3)
+        four = np.dstack([PART, 255 - GRAY // 2])
+        made = comfy.run("IntarsiaGrow", image=image(four), **QUICK)["image"]
+        assert (bits(made)[0] == ia.synthesize(four, (64, 72), "image-quilting", wrap="both").render().pixels).all()
+
     def test_colours_beyond_the_range_are_held_at_its_ends(self, comfy: Comfy) -> None:
         bright = comfy.run("IntarsiaGrow", image=tensor(image(PART) * 2.7 - 0.9), **QUICK)["image"]
         assert bright.min() == 0
@@ -172,14 +181,15 @@ class TestTile:
 class TestHeal:
     def test_white_is_filled_and_all_else_stays(self, comfy: Comfy) -> None:
         made = comfy.run("IntarsiaHeal", image=image(PART), height_map=image(GRAY), mask=mask((64, 64), BOX), seed=5,
-                         grow_mask=0)  # fmt: skip
+                         grow_mask=3)  # fmt: skip
         hole = np.zeros((64, 64), bool)
         hole[BOX] = True
-        wanted = ia.heal({"albedo": PART, "height": np.repeat(GRAY[:, :, None], 3, axis=2)}, hole, grow=0, seed=5)
+        wanted = ia.heal({"albedo": PART, "height": np.repeat(GRAY[:, :, None], 3, axis=2)}, hole, grow=3, seed=5)
         assert (bits(made["image"])[0] == wanted.render().pixels).all()
         assert (bits(made["height_map"])[0] == wanted.render("height").pixels).all()
         changed = (bits(made["image"])[0] != PART).any(axis=2)
-        assert changed.any()
+        assert changed[17:20, 24:44].any()
+        hole[17:37, 21:47] = True
         assert not changed[~hole].any()
 
     def test_less_than_half_white_is_no_hole_and_the_rim_is_found(self, comfy: Comfy) -> None:
@@ -191,10 +201,11 @@ class TestHeal:
         assert (bits(made["image"])[0] == ia.heal(PART, hole).render().pixels).all()
 
     def test_an_image_of_a_batch_without_a_hole_is_left_as_it_is(self, comfy: Comfy) -> None:
-        both = tensor(np.concatenate([mask((64, 64)), mask((64, 64), BOX)]))
+        both = tensor(np.concatenate([mask((64, 64), BOX), mask((64, 64))]))
         made = comfy.run("IntarsiaHeal", image=image(PART), mask=both)["image"]
-        assert (bits(made)[0] == PART).all()
-        assert (bits(made)[1] != PART).any()
+        assert (bits(made)[0] != PART).any()
+        assert (bits(made)[1] == PART).all()
+        assert comfy.host.bar[-1] == (200, 200)
 
     def test_a_mask_without_a_batch_is_one_mask(self, comfy: Comfy) -> None:
         flat = comfy.run("IntarsiaHeal", image=image(PART), mask=mask((64, 64), BOX)[0])
@@ -252,7 +263,9 @@ class TestPreview:
 
 
 class TestInterrupt:
-    def test_it_ends_the_work_at_the_next_step_and_leaves_nothing(self, comfy: Comfy) -> None:
+    @pytest.mark.parametrize("bar_throws", [False, True])
+    def test_it_ends_the_work_at_the_next_step_and_leaves_nothing(self, comfy: Comfy, bar_throws: bool) -> None:
+        comfy.host.bar_throws = bar_throws
         comfy.run("IntarsiaGrow", image=image(PART), **QUICK | {"width": 256, "height": 256})
         whole = len(comfy.host.bar)
         comfy.host.interrupt_at = 3

@@ -72,9 +72,8 @@ def integers(picture):
 
 
 def images_of(pictures):
-    """Return pictures of integers as an image of ComfyUI; gray ones get three channels, as its nodes expect."""
-    floats = [np.asarray(p).astype(np.float32) / np.iinfo(np.asarray(p).dtype).max for p in pictures]
-    floats = [f if f.ndim == 3 else f[:, :, None] for f in floats]
+    """Return pictures (H, W, C) of integers as an image of ComfyUI; gray ones get three channels, as nodes expect."""
+    floats = [p.astype(np.float32) / np.iinfo(p.dtype).max for p in pictures]
     floats = [f if f.shape[2] > 1 else f.repeat(3, axis=2) for f in floats]
     sizes = sorted({f"{f.shape[1]}x{f.shape[0]}" for f in floats})
     if len(sizes) > 1:
@@ -152,7 +151,7 @@ def carried_out(title, call, image, maps, **masks):
             run.check()
             found = call(ia, planes, run, **{name: at(white, place) for name, white in whites.items()})
             for name, plane in planes.items():
-                made[name].append(plane if found is None else found.render(name, run=quiet))
+                made[name].append(plane if found is None else found.render(name, run=quiet).samples)
         for note in dict.fromkeys(run.notes):
             logging.info("%s: %s", title, note)
         bar.update_absolute(100 * (place + 1))

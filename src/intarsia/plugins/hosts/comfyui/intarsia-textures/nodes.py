@@ -172,8 +172,8 @@ class ScoreTexture(io.ComfyNode):
         bar, scores = ProgressBar(count), []
         for place in range(count):
             throw_exception_if_processing_interrupted()
-            before, after = (ia.Exemplar.of(integers(at(arrays[n], place)), name=n) for n in ("example", "image"))
             with saying(ia, place, count):
+                before, after = (ia.Exemplar.of(integers(at(arrays[n], place)), name=n) for n in ("example", "image"))
                 scores.append(ia.score(before, after, wrap=WRAPS[tileable]))
             bar.update_absolute(place + 1)
         lines = [f"{found.total:.0f} of 100, {found.verdict}" for found in scores]
