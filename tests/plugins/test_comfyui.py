@@ -65,7 +65,8 @@ class TestSchema:
     def test_maps_go_in_and_out_in_one_order(self, comfy: Comfy) -> None:
         for name in ("IntarsiaGrow", "IntarsiaTile", "IntarsiaHeal", "IntarsiaScore"):
             assert [i.id for i in comfy.schema(name).inputs if i.id.endswith("_map")] == MAPS
-            assert [o.display_name for o in comfy.schema(name).outputs][-6:] == ["image", *MAPS]
+            outputs = [o.display_name for o in comfy.schema(name).outputs if o.kind == "IMAGE"]
+            assert outputs == ["image", *MAPS]
 
     def test_the_seed_has_all_that_the_library_has_and_changes_by_itself(self, comfy: Comfy) -> None:
         seeds = [i for name in comfy.nodes for i in comfy.schema(name).inputs if i.id == "seed"]
@@ -170,6 +171,14 @@ class TestTile:
         made = comfy.run("IntarsiaTile", image=image(PART), tileable="left-right", crop="no", band=16)["image"]
         assert (bits(made)[0] == ia.tile(PART, axes="x", band=16, size=(64, 64)).render().pixels).all()
         assert (bits(made)[0, :, 8:-8] == PART[:, 8:-8]).all()
+
+    def test_remarks_come_out_as_text_a_line_for_each(self, comfy: Comfy) -> None:
+        ia.tile(PART, run=(run := ia.Run()))
+        (note,) = run.notes
+        assert comfy.run("IntarsiaTile", image=image(PART))["remarks"] == note
+        assert comfy.run("IntarsiaTile", image=image(PART), crop="no")["remarks"] == ""
+        made = comfy.run("IntarsiaTile", image=image(PART, PART))["remarks"]
+        assert made.splitlines() == [f"image {n} of 2: {note}" for n in (1, 2)]
 
     def test_images_that_are_cropped_to_other_sizes_do_not_fit_in_a_batch(self, comfy: Comfy) -> None:
         y, x = np.mgrid[:64, :64]

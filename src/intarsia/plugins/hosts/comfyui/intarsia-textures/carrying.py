@@ -129,7 +129,7 @@ def saying(ia, place, count, mask="mask"):
 
 
 def carried_out(title, call, image, maps, **masks):
-    """Make a picture of each image of a batch, with its maps, and return them in the order of the outputs.
+    """Make a picture of each image of a batch, with its maps; return them in the order of the outputs, and remarks.
 
     `call(exemplar planes, run, **masks at that place)` returns a Synthesis, or None if nothing is to be changed.
     Progress goes to the node's bar; ComfyUI's interrupt ends the work at its next step.
@@ -139,7 +139,7 @@ def carried_out(title, call, image, maps, **masks):
     whites = {name: marked(name, mask, given["albedo"]) for name, mask in masks.items() if mask is not None}
     count = count_of({INPUTS[name]: array for name, array in given.items()} | whites)
     bar, quiet = ProgressBar(100 * count), ia.Run(cancel=SimpleNamespace(is_set=processing_interrupted))
-    made = {name: [] for name in given}
+    made, remarks = {name: [] for name in given}, []
     for place in range(count):
 
         def step(done, total, draft, place=place):
@@ -152,10 +152,11 @@ def carried_out(title, call, image, maps, **masks):
             found = call(ia, planes, run, **{name: at(white, place) for name, white in whites.items()})
             for name, plane in planes.items():
                 made[name].append(plane if found is None else found.render(name, run=quiet).samples)
-        for note in dict.fromkeys(run.notes):
-            logging.info("%s: %s", title, note)
+        remarks += [f"image {place + 1} of {count}: {n}" if count > 1 else n for n in dict.fromkeys(run.notes)]
         bar.update_absolute(100 * (place + 1))
-    return in_order({name: images_of(pictures) for name, pictures in made.items()})
+    for remark in remarks:
+        logging.info("%s: %s", title, remark)
+    return [*in_order({name: images_of(pictures) for name, pictures in made.items()}), "\n".join(remarks)]
 
 
 def in_order(images):

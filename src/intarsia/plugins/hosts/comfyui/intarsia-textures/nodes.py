@@ -41,6 +41,10 @@ def images_out(first):
     return [io.Image.Output(f"made_{n}", display_name=n, tooltip=tip) for n, tip in zip(names, tips, strict=True)]
 
 
+def remarks():
+    return io.String.Output("remarks", tooltip="What is worth knowing, such as a size that fits better; else empty.")
+
+
 def maps_of(inputs):
     """The maps by the names of intarsia's planes."""
     return {name: inputs.get(INPUTS[name]) for name in MAPS}
@@ -67,7 +71,7 @@ class GrowTexture(io.ComfyNode):
                               tooltip="White: nothing is taken from here (a logo, a stain, a blurred corner)."),
                 *maps_in(),
             ],
-            outputs=images_out("The grown texture."),
+            outputs=[*images_out("The grown texture."), remarks()],
         )  # fmt: skip
 
     @classmethod
@@ -97,7 +101,7 @@ class MakeTileable(io.ComfyNode):
                 seed(),
                 *maps_in(),
             ],
-            outputs=images_out("The tileable image."),
+            outputs=[*images_out("The tileable image."), remarks()],
         )  # fmt: skip
 
     @classmethod
@@ -124,7 +128,7 @@ class HealTexture(io.ComfyNode):
                 seed(),
                 *maps_in(),
             ],
-            outputs=images_out("The healed image."),
+            outputs=[*images_out("The healed image."), remarks()],
         )  # fmt: skip
 
     @classmethod
