@@ -114,6 +114,14 @@ def at(array, place):
     return array[place if len(array) > 1 else 0]
 
 
+def told(line, place, count, mask="mask"):
+    """Return a line of intarsia in the words of the node, and of a batch with the number of the image."""
+    line = re.sub(r"the plane (\w+)", lambda found: INPUTS.get(found[1], found[0]), line)
+    line = re.sub(r"the (base|exemplar)\b", "image", line).replace("the mask", mask)
+    line = re.sub(r"--size \d+x\d+ keeps", "crop = no keeps", line)
+    return f"image {place + 1} of {count}: {line}" if count > 1 else line
+
+
 @contextmanager
 def saying(ia, place, count, mask="mask"):
     """Turn errors of intarsia into a line that names the node's inputs, and a cancelled run into ComfyUI's own."""
@@ -123,9 +131,7 @@ def saying(ia, place, count, mask="mask"):
         throw_exception_if_processing_interrupted()
         raise
     except ia.IntarsiaError as error:
-        line = re.sub(r"the plane (\w+)", lambda found: INPUTS.get(found[1], found[0]), str(error))
-        line = re.sub(r"the (base|exemplar)\b", "image", line).replace("the mask", mask)
-        raise ValueError(f"image {place + 1} of {count}: {line}" if count > 1 else line) from None
+        raise ValueError(told(str(error), place, count, mask)) from None
 
 
 def carried_out(title, call, image, maps, **masks):
@@ -152,7 +158,7 @@ def carried_out(title, call, image, maps, **masks):
             found = call(ia, planes, run, **{name: at(white, place) for name, white in whites.items()})
             for name, plane in planes.items():
                 made[name].append(plane if found is None else found.render(name, run=quiet).samples)
-        remarks += [f"image {place + 1} of {count}: {n}" if count > 1 else n for n in dict.fromkeys(run.notes)]
+        remarks += [told(note, place, count) for note in dict.fromkeys(run.notes)]
         bar.update_absolute(100 * (place + 1))
     for remark in remarks:
         logging.info("%s: %s", title, remark)
