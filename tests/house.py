@@ -201,7 +201,7 @@ BUDGET = {
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 27_204,
+    "studio": 27_557,
     "tasks": 13_885,
     "testing": 4_852,
 }

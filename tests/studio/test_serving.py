@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import os
 import re
 import socket
+import stat
 import subprocess
 import sys
 import time
@@ -17,7 +20,9 @@ import pytest
 from starlette.exceptions import HTTPException
 from studio.served import QUICK, Served, lives, pixels, png, run, studio
 
+import intarsia as ia
 from intarsia.cli.commands import studio as command
+from intarsia.plugins import CONTRACT
 from intarsia.studio import security, serving
 
 
@@ -201,3 +206,23 @@ def test_a_body_that_does_not_come_is_not_waited_for(parts: list[bool], monkeypa
     layer.port = 1
     with pytest.raises(HTTPException, match="408") if slow else nullcontext():
         asyncio.run(layer(scope, receive, None))  # type: ignore[arg-type]
+
+
+def test_other_programs_are_told_where_it_listens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only this user can read it; it goes with the studio, and so do those of studios that were killed."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "run"))
+    (tmp_path / "run" / "intarsia").mkdir(parents=True)
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    left, other = (tmp_path / "run" / "intarsia" / f"studio-{pid}.json" for pid in (gone.pid, os.getpid()))
+    for path in (left, other):
+        path.write_text("{}")
+    with studio(tmp_path / "own") as served:
+        place = tmp_path / "run" / "intarsia" / f"studio-{served.process.pid}.json"
+        assert stat.S_IMODE(place.stat().st_mode) == 0o600
+        told = json.loads(place.read_text())
+        assert (told["contract"], told["version"]) == (CONTRACT, ia.__version__)
+        headers = {"Authorization": f"Bearer {told['token']}", "X-Intarsia": "1"}
+        assert httpx.get(f"{told['address']}/api/exemplars", headers=headers).json() == []
+        assert (left.exists(), other.exists()) == (False, True)
+    assert not place.exists()

@@ -118,6 +118,7 @@ def install(name: str, to: str | None = None) -> list[Path]:
     placed = []
     for folder in folders_of(name, to):
         place, fresh = folder / host.name, folder / f".{host.name}.new"
+        _check_ours(place)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(fresh, ignore_errors=True)
@@ -127,7 +128,7 @@ def install(name: str, to: str | None = None) -> list[Path]:
             (fresh / TOLD).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
             for other in host.beside:
                 shutil.copy(source / other, folder / other)
-            _take_away(place)
+            shutil.rmtree(place, ignore_errors=True)
             fresh.rename(place)
         except OSError as e:
             shutil.rmtree(fresh, ignore_errors=True)
@@ -142,10 +143,11 @@ def remove(name: str, to: str | None = None) -> list[Path]:
     host, gone = KNOWN[name], []
     for folder in folders_of(name, to):
         place = folder / host.name
-        if not (place / TOLD).is_file():
+        if not place.exists():
             continue
+        _check_ours(place)
         try:
-            _take_away(place)
+            shutil.rmtree(place)
             for other in host.beside:
                 (folder / other).unlink(missing_ok=True)
         except OSError as e:
@@ -154,10 +156,7 @@ def remove(name: str, to: str | None = None) -> list[Path]:
     return gone
 
 
-def _take_away(place: Path) -> None:
-    """Remove an installed plug-in; ParameterError if that folder is somebody else's."""
-    if not place.exists():
-        return
-    if not (place / TOLD).is_file():
+def _check_ours(place: Path) -> None:
+    """Raise ParameterError if a folder of that name is somebody else's."""
+    if place.exists() and not (place / TOLD).is_file():
         raise ParameterError(f"{printable(place)} was not put there by intarsia; move it away first.")
-    shutil.rmtree(place)

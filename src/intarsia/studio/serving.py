@@ -18,6 +18,7 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ..foundation import InputError, ResourceError, printable
+from .announcing import announced
 from .app import Studio, app_of
 from .security import HEADERS, Safety
 from .store import AUTHORIZATION
@@ -119,7 +120,8 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
     try:
         bearer.unlink(missing_ok=True)
         bearer.write_text(f"Authorization: Bearer {app.token}\n", encoding="utf-8")
-        with suppress(KeyboardInterrupt):
+        address = f"http://{app.host}:{app.port}"
+        with suppress(KeyboardInterrupt), announced(address, app.token, str(studio.store.folder)):
             Server(config, there).run([listening])
     finally:
         bearer.unlink(missing_ok=True)
