@@ -1,0 +1,161 @@
+"""Pixels of Krita's layers: to files that the program reads, and from files that it wrote, bit by bit the same."""
+
+import struct
+import sys
+import zlib
+from array import array
+from operator import ne, or_
+
+from krita import InfoObject, Krita
+
+from .calling import Trouble
+
+SIZES = {"U8": 1, "U16": 2, "F16": 2, "F32": 4}  # depth -> bytes of a channel
+OPAQUE = {"U8": b"\xff", "U16": b"\xff\xff", "F16": b"\x00\x3c", "F32": b"\x00\x00\x80\x3f"}
+ORDER = {("GRAYA", False): (0,), ("GRAYA", True): (0, 1), ("RGBA", False): (2, 1, 0), ("RGBA", True): (2, 1, 0, 3)}
+"""(model, with alpha) -> which of Krita's whole-number channels is each channel of a PNG."""
+COLOUR_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}  # of a PNG, by its number of channels
+YES = bytes([0] + [255] * 255)
+HALF = bytes([0] * 128 + [255] * 128)
+
+
+class Space:
+    """Model, depth and profile of a layer, which its results keep."""
+
+    def __init__(self, node):
+        self.model, self.depth, self.profile = node.colorModel(), node.colorDepth(), node.colorProfile()
+        if self.model not in ("GRAYA", "RGBA") or self.depth not in SIZES:
+            line = f'"{node.name()}" is {self.model} {self.depth}; intarsia reads gray and RGB: '
+            raise Trouble(line + "use Image > Convert Image Color Space first.")
+        self.channels = len(self.model.replace("GRAYA", "YA"))
+        self.size = SIZES[self.depth]
+        self.step = self.channels * self.size
+
+    @property
+    def words(self):
+        """What Krita's functions take."""
+        return self.model, self.depth, self.profile
+
+    @property
+    def suffix(self):
+        """The ending of files that hold this depth."""
+        return ".exr" if self.depth.startswith("F") else ".png"
+
+    def is_opaque(self, pixels):
+        """Return whether nothing is transparent."""
+        kind = "BHI"[self.size // 2]
+        alpha = memoryview(pixels).cast(kind)[self.channels - 1 :: self.channels]
+        return alpha.tobytes() == OPAQUE[self.depth] * (len(pixels) // self.step)
+
+
+def pixels_of(node, box):
+    """Return the bytes of a layer in a box (x, y, width, height)."""
+    return bytes(node.pixelData(*box))
+
+
+def save(space, pixels, width, height, path, resolution=72.0):
+    """Write pixels as a PNG, or floats as an EXR; without alpha where nothing is transparent."""
+    clear = not space.is_opaque(pixels)
+    if space.suffix == ".png":
+        order, kind = ORDER[space.model, clear], "BH"[space.size - 1]
+        given, out = memoryview(pixels).cast(kind), array(kind, bytes(space.size * len(order) * width * height))
+        for here, there in enumerate(order):
+            memoryview(out)[here :: len(order)] = given[there :: space.channels]
+        if sys.byteorder == "little":
+            out.byteswap()
+        _write_png(path, width, height, 8 * space.size, len(order), out.tobytes())
+        return
+    one = document_of(space, pixels, width, height, "intarsia", resolution)
+    one.setBatchmode(True)
+    options = InfoObject()
+    options.setProperty("flatten", True)
+    saved = one.exportImage(str(path), options)
+    one.close()
+    if not saved:
+        raise Trouble(f"Krita could not write {path}; make room there.")
+
+
+def save_mask(values, width, height, path):
+    """Write a mask of 8 bits."""
+    _write_png(path, width, height, 8, 1, values)
+
+
+def _write_png(path, width, height, bits, channels, pixels):
+    """Write a PNG, not packed: it lives for a moment, and packing takes longer than writing."""
+
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
+
+    row = len(pixels) // height
+    rows = b"".join(b"\0" + pixels[start : start + row] for start in range(0, len(pixels), row))
+    header = struct.pack(">IIBBBBB", width, height, bits, COLOUR_TYPES[channels], 0, 0, 0)
+    try:
+        with open(path, "wb") as file:
+            file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header))
+            file.write(chunk(b"IDAT", zlib.compress(rows, 0)) + chunk(b"IEND", b""))
+    except OSError as e:
+        raise Trouble(f"{path} cannot be written ({e.strerror}); make room there.") from None
+
+
+def load(space, path):
+    """Return the pixels of a file in a layer's own layout, and its width and height."""
+    app = Krita.instance()
+    quiet = app.batchmode()
+    app.setBatchmode(True)
+    try:
+        made = app.openDocument(str(path))
+    finally:
+        app.setBatchmode(quiet)
+    if made is None:
+        raise Trouble("Krita could not read what intarsia has made.")
+    node, width, height = made.rootNode().childNodes()[0], made.width(), made.height()
+    same = (node.colorModel(), node.colorDepth()) == (space.model, space.depth)
+    pixels = pixels_of(node, (0, 0, width, height)) if same else b""
+    made.close()
+    if not same:
+        raise Trouble("Krita has read what intarsia made with other channels or another depth.")
+    return pixels, width, height
+
+
+def document_of(space, pixels, width, height, name, resolution):
+    """Return a new document of one layer with these pixels."""
+    made = Krita.instance().createDocument(width, height, name, *space.words, resolution)
+    layer = made.rootNode().childNodes()[0]
+    layer.setPixelData(pixels, 0, 0, width, height)
+    layer.setName(name)
+    made.refreshProjection()
+    made.waitForDone()
+    return made
+
+
+def layer_of(space, doc, pixels, width, height, name):
+    """Return a new layer, which lies nowhere yet."""
+    layer = doc.createNode(name, "paintlayer")
+    if (layer.colorModel(), layer.colorDepth(), layer.colorProfile()) != space.words:
+        layer.setColorSpace(*space.words)
+    layer.setPixelData(pixels, 0, 0, width, height)
+    return layer
+
+
+def only_changed(space, before, after, chosen, width):
+    """Return the pixels of `after` with all transparent that is neither chosen nor other than before.
+
+    `chosen` has a byte for each pixel. Rows without a change are passed over.
+    """
+    kind, parts = {2: ("H", 1), 4: ("I", 1), 8: ("Q", 1), 16: ("Q", 2)}[space.step]
+    row, none = width * space.step, bytes(width)
+    out = bytearray(len(after))
+    for y in range(len(after) // row):
+        part, picked = slice(y * row, (y + 1) * row), chosen[y * width : (y + 1) * width]
+        if picked == none and before[part] == after[part]:
+            continue
+        changed = bytes(map(ne, memoryview(before)[part].cast(kind), memoryview(after)[part].cast(kind)))
+        if parts == 2:
+            changed = bytes(map(or_, changed[::2], changed[1::2]))
+        shown = bytes(map(or_, changed, picked)).translate(YES)
+        line = bytearray(after[part])
+        for place in range(space.step - space.size, space.step):
+            alpha = int.from_bytes(line[place :: space.step], "big") & int.from_bytes(shown, "big")
+            line[place :: space.step] = alpha.to_bytes(width, "big")
+        out[part] = line
+    return bytes(out)
