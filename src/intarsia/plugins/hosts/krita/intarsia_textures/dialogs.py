@@ -11,10 +11,12 @@ GROUP = "intarsia"  # of Krita's settings
 TITLES = {"grow": "Grow Texture", "tile": "Make Tileable", "heal": "Heal Selection"}
 LEADS = {
     "grow": "Grows a new picture from the layer, or from what is selected of it.",
-    "tile": "Makes a new layer that continues in itself; only a band along the borders changes.",
+    "tile": "Makes the layer continue in itself; only a band along its borders changes.",
     "heal": "Fills what is selected with what suits there, on a new layer.",
 }
 DIRECTIONS = (("Both ways", "both"), ("Left to right", "x"), ("Top to bottom", "y"), ("No", "none"))
+KEPT, CUT = "keep", "cut"
+SHAPES = (("Keep: a new layer", KEPT), ("Cut where the pattern closes: a new picture", CUT))
 METHODS = (
     ("Automatic", "auto"), ("Free shapes", "graphcut"), ("Square pieces", "image-quilting"),
     ("Soft squares", "patch-sampling"), ("Bricks and tiles", "near-regular"),
@@ -88,6 +90,8 @@ class Asking(QtWidgets.QDialog):
     def _add_tile(self, width, height):
         tip = "In which directions the layer is to continue in itself"
         self._add("axes", "Tileable:", _choice("tile_axes", DIRECTIONS[:3]), tip)
+        tip = "Bricks, tiles and weaves close only after a whole number of them"
+        self._add("shape", "Size:", _choice("tile_shape", SHAPES), tip)
         band = _number("tile_band", 0, 0, max(min(width, height) // 2, 1), automatic="Automatic")
         self._add("band", "Band:", band, "How wide the band along the borders is that is grown anew")
         field = QtWidgets.QCheckBox("Switch on wrap-around mode (W)")

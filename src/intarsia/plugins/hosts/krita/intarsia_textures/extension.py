@@ -5,7 +5,7 @@ import threading
 from krita import Extension, Krita
 
 from . import calling
-from .dialogs import TITLES, Asking, Missing, options_of, remember, remembered
+from .dialogs import CUT, TITLES, Asking, Missing, options_of, remember, remembered
 from .qt import QtCore, QtGui, QtWidgets
 from .work import Work, chosen_layer, example_box
 
@@ -184,7 +184,7 @@ class Textures(Extension):
 
     def start(self, program, doc, verb, values):
         """Start a run, whose end shows its result."""
-        work = Work(program, doc, verb, options_of(verb, values))
+        work = Work(program, doc, verb, options_of(verb, values), values.get("shape") == CUT)
 
         def look(waiting):
             ended = work.call.poll()
@@ -194,13 +194,13 @@ class Textures(Extension):
         def done():
             made = work.place()
             window = Krita.instance().activeWindow()
-            if verb == "grow" and window is not None:
+            if work.fresh and window is not None:
                 window.addView(made)
-            elif verb == "tile" and values["around"]:
+            if verb == "tile" and values["around"]:
                 around = Krita.instance().action("wrap_around_mode")
                 if around is not None and not around.isChecked():
                     around.trigger()
             if work.call.warnings:
-                show_notice("\n".join(work.call.warnings))
+                show_notice("\n".join(line.split("; --")[0] for line in work.call.warnings))  # no words of options
 
         self.waiting = Waiting(f"{TITLES[verb]}: {work.name}", look, done, work.stop)

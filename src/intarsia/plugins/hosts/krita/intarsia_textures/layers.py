@@ -41,11 +41,22 @@ class Space:
         """The ending of files that hold this depth."""
         return ".exr" if self.depth.startswith("F") else ".png"
 
+    @property
+    def kind(self):
+        """The letter of whole numbers that are as wide as a channel."""
+        return "BHI"[self.size // 2]
+
+    def alpha(self, pixels):
+        """Return the bytes of the opacity alone."""
+        return memoryview(pixels).cast(self.kind)[self.channels - 1 :: self.channels].tobytes()
+
     def is_opaque(self, pixels):
         """Return whether nothing is transparent."""
-        kind = "BHI"[self.size // 2]
-        alpha = memoryview(pixels).cast(kind)[self.channels - 1 :: self.channels]
-        return alpha.tobytes() == OPAQUE[self.depth] * (len(pixels) // self.step)
+        return self.alpha(pixels) == OPAQUE[self.depth] * (len(pixels) // self.step)
+
+    def is_empty(self, pixels):
+        """Return whether nothing is there."""
+        return not self.alpha(pixels).strip(b"\0")
 
 
 def pixels_of(node, box):
@@ -57,13 +68,17 @@ def save(space, pixels, width, height, path, resolution=72.0):
     """Write pixels as a PNG, or floats as an EXR; without alpha where nothing is transparent."""
     clear = not space.is_opaque(pixels)
     if space.suffix == ".png":
-        order, kind = ORDER[space.model, clear], "BH"[space.size - 1]
-        given, out = memoryview(pixels).cast(kind), array(kind, bytes(space.size * len(order) * width * height))
+        order = ORDER[space.model, clear]
+        given = memoryview(pixels).cast(space.kind)
+        out = array(space.kind, bytes(space.size * len(order) * width * height))
         for here, there in enumerate(order):
             memoryview(out)[here :: len(order)] = given[there :: space.channels]
         if sys.byteorder == "little":
             out.byteswap()
         _write_png(path, width, height, 8 * space.size, len(order), out.tobytes())
+        return
+    if not clear:  # Krita's own export always has an alpha, which would be grown like a colour
+        _write_exr(space, pixels, width, height, path)
         return
     one = document_of(space, pixels, width, height, "intarsia", resolution)
     one.setBatchmode(True)
@@ -89,10 +104,38 @@ def _write_png(path, width, height, bits, channels, pixels):
     row = len(pixels) // height
     rows = b"".join(b"\0" + pixels[start : start + row] for start in range(0, len(pixels), row))
     header = struct.pack(">IIBBBBB", width, height, bits, COLOUR_TYPES[channels], 0, 0, 0)
+    body = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 0)) + chunk(b"IEND", b"")
+    _write(path, b"\x89PNG\r\n\x1a\n" + body)
+
+
+def _write_exr(space, pixels, width, height, path):
+    """Write colours without alpha as an OpenEXR file that is not packed (its File Layout: a chunk for each row)."""
+    names = {"Y": 0} if space.channels == 2 else {"B": 2, "G": 1, "R": 0}  # as the file wants them, by name
+    number = 1 if space.depth == "F16" else 2
+
+    def attribute(name, kind, body):
+        return f"{name}\0{kind}\0".encode() + struct.pack("<I", len(body)) + body
+
+    channels = b"".join(n.encode() + b"\0" + struct.pack("<IIII", number, 0, 1, 1) for n in names) + b"\0"
+    window, one = struct.pack("<IIII", 0, 0, width - 1, height - 1), struct.pack("<f", 1)
+    head = struct.pack("<II", 20000630, 2) + attribute("channels", "chlist", channels)
+    head += attribute("compression", "compression", b"\0") + attribute("dataWindow", "box2i", window)
+    head += attribute("displayWindow", "box2i", window) + attribute("lineOrder", "lineOrder", b"\0")
+    head += attribute("pixelAspectRatio", "float", one) + attribute("screenWindowCenter", "v2f", bytes(8))
+    head += attribute("screenWindowWidth", "float", one) + b"\0"
+    row = width * space.size * len(names)
+    starts = range(len(head) + 8 * height, len(head) + 8 * height + (row + 8) * height, row + 8)
+    given, parts = memoryview(pixels).cast(space.kind), [head, struct.pack(f"<{height}Q", *starts)]
+    for y in range(height):
+        line = given[y * width * space.channels : (y + 1) * width * space.channels]
+        parts += [struct.pack("<II", y, row), *(line[c :: space.channels].tobytes() for c in names.values())]
+    _write(path, b"".join(parts))
+
+
+def _write(path, body):
     try:
         with open(path, "wb") as file:
-            file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header))
-            file.write(chunk(b"IDAT", zlib.compress(rows, 0)) + chunk(b"IEND", b""))
+            file.write(body)
     except OSError as e:
         raise Trouble(f"{path} cannot be written ({e.strerror}); make room there.") from None
 

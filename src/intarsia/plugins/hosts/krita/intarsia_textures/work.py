@@ -37,17 +37,20 @@ def example_box(doc):
 class Work:
     """A run that has been started; `call` is to be polled, then `place` puts the result into Krita.
 
-    `options` are words of the command line, such as ["--seed", 1].
+    `options` are words of the command line, such as ["--seed", 1]. `fresh`: the result is a new document, of any
+    size; else it is a layer as large as the canvas. What is grown always is a new document.
     """
 
-    def __init__(self, program, doc, verb, options):
-        self.doc, self.verb, self.node = doc, verb, chosen_layer(doc)
+    def __init__(self, program, doc, verb, options, fresh=False):
+        self.doc, self.verb, self.fresh, self.node = doc, verb, fresh or verb == "grow", chosen_layer(doc)
         self.name, self.space = self.node.name(), layers.Space(self.node)
         self.box = example_box(doc) if verb == "grow" else (0, 0, doc.width(), doc.height())
         if verb == "heal" and doc.selection() is None:
             raise Trouble("Nothing is selected; select what is to be healed.")
         example_box(doc)
         self.before = layers.pixels_of(self.node, self.box)
+        if self.space.is_empty(self.before):
+            raise Trouble(f'Layer "{self.name}" is empty here; paint or paste an example on it, or choose another.')
         self.chosen = b""
         self.folder = Folder()
         try:
@@ -64,6 +67,8 @@ class Work:
         layers.save(self.space, self.before, width, height, given, self.doc.resolution())
         words = [self.verb, given, "-o", self.made, *options]
         names = {given: f'layer "{self.name}"', mask: "the selection", self.made: "the result"}
+        if self.verb == "tile" and not self.fresh:
+            words += ["--size", f"{width}x{height}"]  # else it is cut to whole periods
         selection = self.doc.selection()
         if selection is not None and self.verb != "tile":
             values = bytes(selection.pixelData(*self.box))
@@ -81,7 +86,7 @@ class Work:
         finally:
             self.stop()
         name = f"{self.name} {ENDINGS[self.verb]}"
-        if self.verb == "grow":
+        if self.fresh:
             return layers.document_of(self.space, pixels, width, height, name, self.doc.resolution())
         if self.doc not in Krita.instance().documents():
             raise Trouble(f'The picture of "{self.name}" was closed meanwhile, so its result has no place.')
