@@ -148,7 +148,7 @@ class Missing(QtWidgets.QDialog):
         super().__init__(parent)
         self.installs = False
         self.setWindowTitle("intarsia was not found")
-        text = QtWidgets.QLabel(f"{line}\n\nInstall fetches {installation()[1]}.")
+        text = QtWidgets.QLabel(f"{line}\n\nInstall: {installation()[1]}.")
         text.setWordWrap(True)
         text.setMinimumWidth(420)
         self.path = QtWidgets.QLineEdit(remembered("command"))

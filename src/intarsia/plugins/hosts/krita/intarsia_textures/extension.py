@@ -111,7 +111,11 @@ class Textures(Extension):
             action = window.createAction(f"intarsia_{verb}", f"{title}...", MENU)
             action.triggered.connect(lambda *_, verb=verb: self.ask(verb))
             actions.append(action)
-        bar = window.qwindow().menuBar()
+        main = window.qwindow()
+        QtCore.QTimer.singleShot(0, lambda: self._add_to_filters(main, actions))  # Krita fills its menus after this
+
+    def _add_to_filters(self, main, actions):
+        bar = main.menuBar()
         filters = next((entry.menu() for entry in bar.actions() if entry.objectName().lower() == "filter"), None)
         if filters is not None:
             menu = QtWidgets.QMenu("Texture (intarsia)", filters)

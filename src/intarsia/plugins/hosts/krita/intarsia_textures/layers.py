@@ -85,6 +85,7 @@ def save(space, pixels, width, height, path, resolution=72.0):
     options = InfoObject()
     options.setProperty("flatten", True)
     saved = one.exportImage(str(path), options)
+    one.setModified(False)
     one.close()
     if not saved:
         raise Trouble(f"Krita could not write {path}; make room there.")
@@ -168,6 +169,7 @@ def document_of(space, pixels, width, height, name, resolution):
     layer.setName(name)
     made.refreshProjection()
     made.waitForDone()
+    made.setModified(True)  # so that Krita asks before it is closed
     return made
 
 
