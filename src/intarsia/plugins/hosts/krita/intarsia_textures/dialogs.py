@@ -4,7 +4,7 @@ import random
 
 from krita import Krita
 
-from .calling import installation
+from .calling import Trouble, installation
 from .qt import QtWidgets
 
 GROUP = "intarsia"  # of Krita's settings
@@ -148,7 +148,11 @@ class Missing(QtWidgets.QDialog):
         super().__init__(parent)
         self.installs = False
         self.setWindowTitle("intarsia was not found")
-        text = QtWidgets.QLabel(f"{line}\n\nInstall: {installation()[1]}.")
+        try:
+            way, able = f"Install: {installation()[1]}.", True
+        except Trouble as trouble:
+            way, able = f"To install it: {trouble}", False
+        text = QtWidgets.QLabel(f"{line}\n\n{way}")
         text.setWordWrap(True)
         text.setMinimumWidth(420)
         self.path = QtWidgets.QLineEdit(remembered("command"))
@@ -164,6 +168,7 @@ class Missing(QtWidgets.QDialog):
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         install.clicked.connect(self._install)
+        install.setEnabled(able)
         all_of_it = QtWidgets.QVBoxLayout(self)
         all_of_it.addWidget(text)
         all_of_it.addLayout(row)

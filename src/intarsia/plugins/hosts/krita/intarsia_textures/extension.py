@@ -163,7 +163,7 @@ class Textures(Extension):
 
     def install(self):
         """Install the program in a thread."""
-        found = {"line": "Installing intarsia"}
+        found = {"line": ""}
 
         def work():
             try:
@@ -181,7 +181,7 @@ class Textures(Extension):
         thread.start()
 
         def look(waiting):
-            waiting.tell(0, found["line"])
+            waiting.tell(0, f"Installing intarsia, about 150 MB\n{found['line']}")
             return not thread.is_alive()
 
         self.waiting = Waiting("Installing intarsia", look, done)
