@@ -34,7 +34,7 @@ def main(*_):
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
             Krita.instance().setBatchmode(True)
-            for tried in (pixels, cut, transparent, parts, refused, stopped, asked, waited, missing):
+            for tried in (pixels, cut, transparent, parts, refused, elsewhere, stopped, asked, waited, missing):
                 try:
                     tried()
                 except Exception:
@@ -162,6 +162,12 @@ def transparent():
         command("tile", "clear" + end, "-o", "result" + end, "--seed", 1, "--size", f"{WIDTH}x{HEIGHT}")
         same = data(doc, layer) == data(opened("result" + end)[0])
         say(same and data(doc, layer) != before, f"{depth}: with alpha as the command on Krita's own export")
+        select(doc, 70, 10, 12, 9)
+        found = data(doc, made(doc, "heal"))
+        step, few = 4 * size, 0
+        for place in range(0, len(found), step):
+            few += any(found[place + 3 * size : place + step])
+        say(108 <= few < 1000, f"{depth}: healed with alpha, {few} px shown of 108 selected")
 
 
 def parts():
@@ -230,6 +236,41 @@ def refused():
     line = trouble(lambda: made(clear, "grow", "--size", "80x80"))
     say("is empty" in line, f"a layer that is clear: {line}")
     say("No picture" in trouble(lambda: made(None, "tile")), "no picture")
+
+
+def elsewhere():
+    """What changes while it works: a layer or a picture that goes; and a layer of another depth than its picture."""
+    from intarsia_textures.work import Work
+
+    def begun(doc, verb="tile"):
+        work = Work(COMMAND, doc, verb, ["--seed", 1])
+        while not work.call.poll():
+            time.sleep(0.02)
+        return work
+
+    doc, node = opened(example())
+    other = doc.createNode("Gray", "paintlayer")
+    gray, base = opened(example("U16:Y"))
+    doc.rootNode().addChildNode(other, None)
+    other.setColorSpace("GRAYA", "U16", base.colorProfile())
+    node.remove()
+    doc.waitForDone()
+    other.setPixelData(data(gray), 0, 0, WIDTH, HEIGHT)
+    layer = made(doc, "tile")
+    expected = made(gray, "tile")
+    kept = (layer.colorModel(), layer.colorDepth()) == ("GRAYA", "U16")
+    say(kept and data(doc, layer) == data(gray, expected), "a gray layer of 16 bit in an RGB picture of 8")
+    work = begun(doc)
+    other.remove()
+    layer.remove()
+    doc.waitForDone()
+    work.place()
+    names = [n.name() for n in doc.rootNode().childNodes()]
+    say(names == ["Gray tileable"], f"the layer was removed meanwhile: {names}")
+    work = begun(gray)
+    gray.close()
+    line = trouble(work.place)
+    say("closed meanwhile" in line and left() == ([], []), line)
 
 
 def left():

@@ -27,6 +27,12 @@ def show_trouble(trouble):
     box.open()
 
 
+def show_failure(e):
+    """Show why something failed. Nothing may be raised out of what Qt calls: it would end Krita."""
+    if not isinstance(e, calling.Stopped):
+        show_trouble(e if isinstance(e, calling.Trouble) else f"The plug-in failed ({type(e).__name__}: {e}).")
+
+
 def show_notice(text):
     """Show a line on the canvas for a while."""
     window = Krita.instance().activeWindow()
@@ -63,13 +69,13 @@ class Waiting:
             self.bar.setValue(min(int(100 * fraction), 100))
 
     def _tick(self):
-        if self.over or not self.look(self):
-            return
-        self._close()
         try:
-            self.done()
-        except calling.Trouble as trouble:
-            show_trouble(trouble)
+            if not self.over and self.look(self):
+                self._close()
+                self.done()
+        except Exception as e:
+            self.stop()
+            show_failure(e)
 
     def stop(self, *_):
         """End what is waited for, without a result."""
@@ -136,11 +142,11 @@ class Textures(Extension):
             dialog = Asking(verb, size, main_window())
             if dialog.exec():
                 self.start(program, doc, verb, dialog.values())
-        except calling.Trouble as trouble:
-            if trouble.missing:
-                self.offer(str(trouble), verb)
+        except Exception as e:
+            if getattr(e, "missing", False):
+                self.offer(str(e), verb)
             else:
-                show_trouble(trouble)
+                show_failure(e)
 
     def program(self):
         """Return the words that start the program, which has told who it is."""
@@ -200,10 +206,10 @@ class Textures(Extension):
             window = Krita.instance().activeWindow()
             if work.fresh and window is not None:
                 window.addView(made)
-            if verb == "tile" and values["around"]:
-                around = Krita.instance().action("wrap_around_mode")
-                if around is not None and not around.isChecked():
-                    around.trigger()
+            around = Krita.instance().action("wrap_around_mode")
+            shown = Krita.instance().activeDocument() in (doc, made)
+            if verb == "tile" and values["around"] and shown and around is not None and not around.isChecked():
+                around.trigger()
             if work.call.warnings:
                 show_notice("\n".join(line.split("; --")[0] for line in work.call.warnings))  # no words of options
 

@@ -173,12 +173,18 @@ def document_of(space, pixels, width, height, name, resolution):
     return made
 
 
-def layer_of(space, doc, pixels, width, height, name):
-    """Return a new layer, which lies nowhere yet."""
-    layer = doc.createNode(name, "paintlayer")
-    if (layer.colorModel(), layer.colorDepth(), layer.colorProfile()) != space.words:
+def add_layer(space, doc, pixels, width, height, name, above):
+    """Return a new layer of a document, above another, or on top where that is gone meanwhile."""
+    layer, parent = doc.createNode(name, "paintlayer"), above.parentNode()
+    own = (layer.colorModel(), layer.colorDepth(), layer.colorProfile()) == space.words
+    if own:
+        layer.setPixelData(pixels, 0, 0, width, height)
+    (parent or doc.rootNode()).addChildNode(layer, above if parent else None)
+    if not own:  # a layer that differs from its picture; Krita converts layers only where they are
         layer.setColorSpace(*space.words)
-    layer.setPixelData(pixels, 0, 0, width, height)
+        doc.waitForDone()
+        layer.setPixelData(pixels, 0, 0, width, height)
+    doc.refreshProjection()
     return layer
 
 

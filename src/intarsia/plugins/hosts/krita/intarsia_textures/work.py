@@ -62,11 +62,11 @@ class Work:
     def _asked(self, options):
         """Write the files; return the words of the command, and what a person calls the files."""
         folder, (_, _, width, height) = Path(self.folder.name), self.box
-        given, mask = folder / f"krita_layer{self.space.suffix}", folder / "krita_selection.png"
-        self.made = folder / f"krita_result{self.space.suffix}"
-        layers.save(self.space, self.before, width, height, given, self.doc.resolution())
-        words = [self.verb, given, "-o", self.made, *options]
-        names = {given: f'layer "{self.name}"', mask: "the selection", self.made: "the result"}
+        self.given, mask = folder / f"krita_layer_1{self.space.suffix}", folder / "krita_selection_2.png"
+        self.made = folder / f"krita_result_3{self.space.suffix}"
+        layers.save(self.space, self.before, width, height, self.given, self.doc.resolution())
+        words = [self.verb, self.given, "-o", self.made, *options]
+        names = {self.given: f'layer "{self.name}"', mask: "the selection", self.made: "the result"}
         if self.verb == "tile" and not self.fresh:
             words += ["--size", f"{width}x{height}"]  # else it is cut to whole periods
         selection = self.doc.selection()
@@ -83,6 +83,8 @@ class Work:
         try:
             self.call.result()
             pixels, width, height = layers.load(self.space, self.made)
+            if self.verb == "heal":
+                pixels = layers.only_changed(self.space, self._as_read(), pixels, self.chosen, width)
         finally:
             self.stop()
         name = f"{self.name} {ENDINGS[self.verb]}"
@@ -90,13 +92,13 @@ class Work:
             return layers.document_of(self.space, pixels, width, height, name, self.doc.resolution())
         if self.doc not in Krita.instance().documents():
             raise Trouble(f'The picture of "{self.name}" was closed meanwhile, so its result has no place.')
-        if self.verb == "heal":
-            pixels = layers.only_changed(self.space, self.before, pixels, self.chosen, width)
-        layer = layers.layer_of(self.space, self.doc, pixels, width, height, name)
-        parent = self.node.parentNode()
-        (parent or self.doc.rootNode()).addChildNode(layer, self.node if parent else None)
-        self.doc.refreshProjection()
-        return layer
+        return layers.add_layer(self.space, self.doc, pixels, width, height, name, self.node)
+
+    def _as_read(self):
+        """Return the layer as Krita reads it from a file: an EXR of what is partly transparent is rounded there."""
+        if self.space.suffix == ".png" or self.space.is_opaque(self.before):
+            return self.before
+        return layers.load(self.space, self.given)[0]
 
     def stop(self):
         """End the run, and remove its files."""
