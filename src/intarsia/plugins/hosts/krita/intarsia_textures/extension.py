@@ -57,6 +57,7 @@ class Waiting:
             self.bar.setCancelButton(None)
         else:
             self.bar.canceled.connect(self.stop)
+        self.bar.destroyed.connect(self._end)  # with its window
         self.timer = QtCore.QTimer()
         self.timer.timeout.connect(self._tick)
         self.timer.start(LOOK)
@@ -81,8 +82,17 @@ class Waiting:
         """End what is waited for, without a result."""
         if not self.over:
             self._close()
-            if self.cancel is not None:
-                self.cancel()
+            self._cancel()
+
+    def _end(self, *_):
+        if not self.over:
+            self.over = True
+            self.timer.stop()
+            self._cancel()
+
+    def _cancel(self):
+        if self.cancel is not None:
+            self.cancel()
 
     def _close(self):
         self.over = True
@@ -100,15 +110,7 @@ class Textures(Extension):
         self.waiting, self.known = None, ()
 
     def setup(self):
-        """Called by Krita once; ends a run when Krita ends."""
-        notifier = Krita.instance().notifier()
-        notifier.setActive(True)
-        notifier.applicationClosing.connect(self.close)
-
-    def close(self):
-        """End what is still at work."""
-        if self.waiting is not None:
-            self.waiting.stop()
+        """Called by Krita once; there is nothing to set up."""
 
     def createActions(self, window):
         """Called by Krita for each of its windows."""
