@@ -5,7 +5,8 @@ Not called krita.py, which would hide Krita's own module. Started so, with the p
     HOME=EMPTY QT_QPA_PLATFORM=offscreen PYTHONPATH=tests/programs PLUGINS=FOLDER INTARSIA=COMMAND \
         kritarunner -s in_krita -f main
 
-COMMAND is the path of a program intarsia, which the plug-in calls, and with which its results are compared. Lines
+COMMAND is the path of a program intarsia, which the plug-in calls, and with which its results are compared; best
+warmed up. TMPDIR names a folder of its own, where plug-ins of other programs are at work, too. Lines
 ``OK what`` and ``FAIL what`` go to stdout, as does all that Krita says. It ends with 0 if all are OK, else with 1.
 """
 
@@ -15,6 +16,7 @@ import sys
 import tempfile
 import time
 import traceback
+from contextlib import suppress
 from glob import glob
 from pathlib import Path
 from types import SimpleNamespace
@@ -275,8 +277,10 @@ def elsewhere():
 
 def left():
     """Return the folders and the processes of the plug-in that are there."""
-    asked = subprocess.run(["ps", "-eo", "pid,args"], capture_output=True, text=True, check=False).stdout
-    mine = [line for line in asked.splitlines() if "krita_layer" in line]
+    mine = []
+    for about in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):  # it has ended meanwhile
+            mine += [about.parent.name] if b"krita_layer" in about.read_bytes() else []
     return glob(f"{tempfile.gettempdir()}/intarsia-plugin-*/krita_*"), mine
 
 
@@ -311,25 +315,30 @@ def asked():
         say(found == words and again == 7 and len(dialog.fields) <= 5, f"dialog of {verb}: {found}")
 
 
-def waited():
-    """The progress dialog: Krita goes on beside it, the result comes, and Cancel ends a run."""
-    from intarsia_textures.extension import Textures
+def until_over(plugin, most=90):
+    """Let Krita go on until a run is over; return how often it did."""
     from intarsia_textures.qt import QtCore
 
-    doc, _ = opened(example())
-    plugin, turns = Textures(Krita.instance()), 0
-    plugin.start(COMMAND, doc, "tile", {"seed": 1, "axes": "both", "band": 0, "around": False, "shape": "keep"})
-    until = time.time() + 90
+    until, turns = time.time() + most, 0
     while not plugin.waiting.over and time.time() < until:
         QtCore.QCoreApplication.processEvents()
         time.sleep(0.01)
         turns += 1
+    return turns
+
+
+def waited():
+    """The progress dialog: Krita goes on beside it, the result comes, and Cancel ends a run."""
+    from intarsia_textures.extension import Textures
+
+    doc, _ = opened(example())
+    plugin = Textures(Krita.instance())
+    plugin.start(COMMAND, doc, "tile", {"seed": 1, "axes": "both", "band": 0, "around": False, "shape": "keep"})
+    turns = until_over(plugin)
     say(len(doc.rootNode().childNodes()) == 2 and turns > 10, "the result comes beside a progress dialog")
     values = {"seed": 1, "width": 6000, "height": 6000, "wrap": "none", "method": "auto"}
     plugin.start(COMMAND, doc, "grow", values)
-    began = time.time()
-    while time.time() < began + 2:
-        QtCore.QCoreApplication.processEvents()
+    until_over(plugin, 2)
     began = time.time()
     plugin.waiting.bar.canceled.emit()
     took = time.time() - began
@@ -342,6 +351,7 @@ def missing():
     """The program is not there, or does not belong to the plug-in."""
     from intarsia_textures import calling
     from intarsia_textures.dialogs import Missing
+    from intarsia_textures.extension import Textures
 
     line = trouble(lambda: calling.command("/nowhere/intarsia"))
     say("no file" in line, line)
@@ -349,6 +359,15 @@ def missing():
     dialog.path.setText("/x")
     dialog._install()
     say(dialog.installs, "the dialog offers to install it")
+    plugin, real = Textures(Krita.instance()), calling.install
+    try:
+        for install, word in ((lambda told: told("a step") or time.sleep(0.3), ""), (lambda told: 1 / 0, "It failed")):
+            calling.install = install
+            plugin.install()
+            line = trouble(lambda: until_over(plugin))
+            say(plugin.waiting.over and line == "", f"installed beside Krita {word}")
+    finally:
+        calling.install = real
     other = Path("other")
     other.write_text('#!/bin/sh\necho \'{"version": "9", "contract": 99}\'\n')
     other.chmod(0o755)

@@ -14,9 +14,14 @@ SHOWN = 6000  # ms that a notice stays
 MENU = "tools/scripts"
 
 
+def krita_window():
+    """Return the window of Krita that is used, also while another program is in front; None if there is none."""
+    return Krita.instance().activeWindow() or next(iter(Krita.instance().windows()), None)
+
+
 def main_window():
     """Return the window that dialogs belong to."""
-    window = Krita.instance().activeWindow()
+    window = krita_window()
     return window.qwindow() if window else None
 
 
@@ -35,7 +40,7 @@ def show_failure(e):
 
 def show_notice(text):
     """Show a line on the canvas for a while."""
-    window = Krita.instance().activeWindow()
+    window = krita_window()
     view = window.activeView() if window else None
     if view is not None:
         view.showFloatingMessage(text, QtGui.QIcon(), SHOWN, 1)
@@ -205,7 +210,7 @@ class Textures(Extension):
 
         def done():
             made = work.place()
-            window = Krita.instance().activeWindow()
+            window = krita_window()
             if work.fresh and window is not None:
                 window.addView(made)
             around = Krita.instance().action("wrap_around_mode")
