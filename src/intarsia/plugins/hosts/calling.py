@@ -209,11 +209,16 @@ def _own_folder() -> Path:
 
 
 def installation(python: str = "") -> tuple[list[list[str]], str]:
-    """Return the commands that install the program, as lists of words, and a line that tells a person of them."""
+    """Return the commands that install the program, as lists of words, and a line that tells a person of them.
+
+    Trouble if there is neither uv nor a Python: the `sys.executable` of a host may be the host itself.
+    """
     uv = shutil.which("uv", path=os.pathsep.join([os.environ.get("PATH", ""), str(Path.home() / ".local/bin")]))
     if uv is not None:
         return [[uv, "tool", "install", "--upgrade", "intarsia"]], f"{SPELL} (about 150 MB)"
-    python = python or shutil.which("python3") or sys.executable
+    python = python or shutil.which("python3") or shutil.which("python") or sys.executable
+    if not Path(python).stem.lower().startswith("python"):
+        raise Trouble(f"neither uv nor Python was found; get uv (docs.astral.sh/uv), then: {SPELL}.", missing=True)
     own = _own_folder()
     inside = own / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     made = [[python, "-m", "venv", str(own)], [str(inside), "-m", "pip", "install", "--upgrade", "intarsia"]]
