@@ -23,6 +23,9 @@ import bpy
 MODULE = "bl_ext.user_default.intarsia_textures"
 INTARSIA = os.environ.get("INTARSIA", "intarsia")
 HERE = Path(tempfile.mkdtemp(prefix="check-blender-"))
+TEMPORARY = HERE / "temporary"  # no other program's
+TEMPORARY.mkdir()
+tempfile.tempdir = str(TEMPORARY)
 failed = []
 
 
@@ -310,7 +313,7 @@ def bad_materials():
 
 def stopped():
     """A run that is stopped leaves no process and no folder, within a second."""
-    marks, calling = Path(tempfile.gettempdir()), sys.modules[f"{MODULE}.calling"]
+    calling = sys.modules[f"{MODULE}.calling"]
     with calling.Folder() as folder:
         out = Path(folder) / "big.png"
         call = calling.Call([INTARSIA], ["grow", HERE / "stones.png", "-o", out, "--size", 2048, "-m", "graphcut"])
@@ -320,7 +323,7 @@ def stopped():
         call.stop()
         took = time.monotonic() - begun
     check(f"a run stops within a second ({took:.2f} s)", took < 1 and child.poll() is not None and not out.exists())
-    left = [one.name for one in marks.glob(f"{calling.Folder.MARK}*")]
+    left = [one.name for one in TEMPORARY.iterdir()]
     check(f"no folder is left {left}", not left)
     check("all threads have ended", all(t is threading.main_thread() or t.daemon for t in threading.enumerate()))
 

@@ -42,7 +42,7 @@ class Map(NamedTuple):
 def maps_of(material):
     """Return the maps of a material, the one that the others go along with first; Trouble if there is none."""
     if material.library is not None:
-        raise Trouble(f"{material.name} is linked from another file; make it local first (Outliner > ID Data > Make > Local).")
+        raise Trouble(f"{material.name} is linked from another file; make it local first, in the Outliner.")
     found, seen = {}, set()
     for node in material.node_tree.nodes if material.node_tree else ():
         if node.type == "OUTPUT_MATERIAL" and node.is_active_output:

@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, IntVectorProperty, StringProperty
 
-from . import materials, pictures
+from . import materials, pictures, settings
 from .calling import Trouble
 from .running import Running
 
@@ -66,11 +66,12 @@ class Asking(Running):
     def invoke(self, context, event):
         """Open the dialog."""
         try:
+            settings.program(context)
             self.prepare(context)
         except Trouble as trouble:
             return self._failed(trouble)
         self._asked = True
-        return context.window_manager.invoke_props_dialog(self, width=320)
+        return context.window_manager.invoke_props_dialog(self, width=320, confirm_text="Start")
 
     def draw(self, context):
         """Draw the dialog and the redo panel."""
@@ -116,7 +117,7 @@ class OfImage(Asking):
     def take(self, context, folder):
         """Write the image."""
         image = self.prepare(context)
-        self._old = tuple(image.size)
+        self.old = tuple(image.size)
         return {"image": pictures.write(image, folder, pictures.file_stem(image))}
 
     def put(self, context, made):
@@ -152,7 +153,13 @@ class MakeTileable(OfImage, bpy.types.Operator):
 
     def wishes(self):
         """Return what the dialog says, in words of the command."""
-        return ["--axes", self.axes, *(["--size", f"{self._old[0]}x{self._old[1]}"] if self.keep_size else [])]
+        return _bands(self)
+
+
+def _bands(operator):
+    """Return how bands are grown anew, in words of the command."""
+    size = ["--size", f"{operator.old[0]}x{operator.old[1]}"] if operator.keep_size else []
+    return ["--axes", operator.axes, *size]
 
 
 class HealByMask(OfImage, bpy.types.Operator):
@@ -195,12 +202,13 @@ class GrowMaterial(Asking, bpy.types.Operator):
     size: SIZE
     wrap: WRAP
     axes: AXES
+    keep_size: KEEP_SIZE
     asset: ASSET
 
     @property
     def shown(self):
         """The fields of the dialog."""
-        return ("verb", *(("size", "wrap") if self.verb == "grow" else ("axes",)), "seed", "asset")
+        return ("verb", *(("size", "wrap") if self.verb == "grow" else ("axes", "keep_size")), "seed", "asset")
 
     def prepare(self, context):
         """Find the material, and return its maps."""
@@ -222,6 +230,7 @@ class GrowMaterial(Asking, bpy.types.Operator):
         """Write the maps."""
         maps = self.prepare(context)
         self._object = context.object.name if context.object else ""
+        self.old = tuple(maps[0].image.size)
         self._nodes = {one.plane: one.nodes for one in maps}
         self._packed = "".join(one.packed for one in maps)
         stems = [maps[0].plane if maps[0].plane in materials.TOLD else "albedo", *(one.plane for one in maps[1:])]
@@ -231,7 +240,7 @@ class GrowMaterial(Asking, bpy.types.Operator):
         """Return what the dialog says, in words of the command."""
         packed = ["--packed", self._packed] if self._packed else []
         if self.verb == "tile":
-            return ["--axes", self.axes, *packed]
+            return [*_bands(self), *packed]
         return ["--size", f"{self.size[0]}x{self.size[1]}", "--wrap", self.wrap, *packed]
 
     def put(self, context, made):

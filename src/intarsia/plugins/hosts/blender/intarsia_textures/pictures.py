@@ -45,7 +45,7 @@ def called(name):
 def check(image):
     """Raise Trouble for an image that cannot be worked on."""
     if image.library is not None:
-        raise Trouble(f"{image.name} is linked from another file; make it local first (Outliner > ID Data > Make > Local).")
+        raise Trouble(f"{image.name} is linked from another file; make it local first, in the Outliner.")
     why = REFUSED.get(image.source)
     if why is None and image.type == "MULTILAYER":
         why = "has several layers; save one of them as a picture, and open that"

@@ -1,5 +1,6 @@
 """What all operators have in common: a run of the program, watched by a timer, or waited for."""
 
+import re
 import time
 from pathlib import Path
 
@@ -22,7 +23,7 @@ class Running:
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
     busy = False
-    _asked = False
+    _asked = _watched = False
 
     @classmethod
     def poll(cls, context):
@@ -44,7 +45,7 @@ class Running:
                 manager.progress_update(100 * self._call.fraction)
                 time.sleep(calling.LOOK)
             return self._finish(context)
-        Running.busy, self._workspace = True, context.workspace.name
+        Running.busy = self._watched = True
         self._timer = manager.event_timer_add(STEP, window=context.window)
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -85,12 +86,13 @@ class Running:
         return self._finish(context)
 
     def cancel(self, context):
-        """Stop the run: Esc was pressed, or another file is opened."""
-        self._leave_window(context)
-        self._end(context)
+        """Stop the run: Esc was pressed, another file is opened, or the dialog was left before it began."""
+        if self._watched:
+            self._leave_window(context)
+            self._end(context)
 
     def _leave_window(self, context):
-        Running.busy = False
+        Running.busy = self._watched = False
         context.window_manager.event_timer_remove(self._timer)
         for workspace in bpy.data.workspaces:
             workspace.status_text_set(None)
@@ -110,7 +112,7 @@ class Running:
         width, height = result["size"]
         self.report({"INFO"}, f"{name}: {width}x{height} px, {result['method']}, seed {result['seed']}")
         for line in self._call.warnings:
-            self.report({"WARNING"}, line)
+            self.report({"WARNING"}, re.sub(r"--size \S+ keeps all", "Keep the Size keeps all", line))
         return {"FINISHED"}
 
     def _end(self, context):
@@ -119,9 +121,10 @@ class Running:
         self._folder.cleanup()
 
     def _failed(self, trouble):
-        self.report({"ERROR"}, str(trouble))
-        if trouble.missing and not bpy.app.background:
-            bpy.context.window_manager.popup_menu(_offer, title="intarsia", icon="INFO")
+        if not trouble.missing or bpy.app.background:
+            self.report({"ERROR"}, str(trouble))
+        else:
+            bpy.context.window_manager.popup_menu(_offer, title=str(trouble), icon="ERROR")
         return {"CANCELLED"}
 
 

@@ -98,7 +98,7 @@ class Install(bpy.types.Operator):
 
     def invoke(self, context, event):
         """Say what would be run, and ask."""
-        return context.window_manager.invoke_props_dialog(self, width=420)
+        return context.window_manager.invoke_props_dialog(self, width=420, confirm_text="Install")
 
     def draw(self, context):
         """Say what would be run."""
