@@ -133,13 +133,23 @@ def packed_and_painted(old, grow, tile, heal):
     bright = bpy.data.images.new("bright", 64, 48, float_buffer=True)
     bright.pixels.foreach_set(array("f", [(k * 37 % 101) / 20 if k % 4 < 3 else 1 for k in range(64 * 48 * 4)]))
     tile(input="bright", axes="both")
-    new = bpy.data.images["bright_tiled"]
+    floats = bpy.data.images["bright_tiled"]
+    new = floats
     size, made = pixels(new)
     (width, _), drawn = pixels(bright)
     rows, columns = range(20, 28), range(28, 36)
     inside = [(y * width + x) * 4 + c for y in rows for x in columns for c in range(3)] if size == (64, 48) else []
     check("floats above 1 stay what they are", inside and all(made[k] == drawn[k] for k in inside) and max(made) > 4)
-    check("floats are linear", new.colorspace_settings.name == bright.colorspace_settings.name and new.is_float)
+    deep_and_painted = opened("setts_height.png")
+    deep_and_painted.name = "painted"
+    deep_and_painted.pixels[0] = 0.5
+    tile(input="painted", keep_size=True)
+    new = bpy.data.images["painted_tiled"]
+    (width, _), made = pixels(new)
+    middle = [(40 * width + x) * 4 + c for x in range(40, 56) for c in range(3)]
+    drawn = pixels(deep_and_painted)[1]
+    check("painted 16 bits stay", max(abs(made[k] - drawn[k]) for k in middle) < 1e-6 and max(made) > 0)
+    check("floats are linear", floats.colorspace_settings.name == bright.colorspace_settings.name and floats.is_float)
 
 
 def bad_images(old, grow, heal):
@@ -263,6 +273,23 @@ def whole_materials():
     check("what no object has is kept", bpy.data.materials["Setts_tiled"].users > 0)
 
 
+def unequal_materials():
+    """A map of twice the size, through Bump, beside a JPEG; the image of the height gives the alpha, too."""
+    old, tree, shader, image = material_of("Unequal")
+    intarsia("grow", "setts.png", "-o", "colour.jpg", "--size", "96", "-m", "repeat")
+    intarsia("grow", "sample:gravel", "-o", "double.png", "--size", "192", "-m", "repeat")
+    image("colour.jpg", shader.inputs["Base Color"], data=False)
+    bump = tree.nodes.new("ShaderNodeBump")
+    tree.links.new(bump.outputs[0], shader.inputs["Normal"])
+    node = image("double.png", bump.inputs["Height"])
+    tree.links.new(node.outputs["Alpha"], shader.inputs["Alpha"])
+    made = list(shown(grown(wearing(old), size=(128, 128), wrap="x", seed=4)).values())
+    intarsia("grow", "colour.jpg", "--map", "height=double.png", "-o", "x.png", "--size", "128", "--wrap", "x",
+             "--seed", 4)  # fmt: skip
+    check("a map of twice the size stays so", tuple(made[1].size) == (256, 256))
+    check("both are as by the command", same(made[0], "x.png") and same(made[1], "x_height.png"))
+
+
 def packed_materials():
     """Channels of a packed map, occlusion that is multiplied with the colour, images within groups."""
     old, tree, shader, image = material_of("Packed")
@@ -370,7 +397,7 @@ def main():
         print(f"{MODULE} is not there; install-plugin blender --to puts it there.")
         return 77
     bpy.context.preferences.addons[MODULE].preferences.program = INTARSIA
-    for part in (images, whole_materials, packed_materials, bad_materials, stopped, programs, saved):
+    for part in (images, whole_materials, unequal_materials, packed_materials, bad_materials, stopped, programs, saved):
         part()
     bpy.ops.preferences.addon_disable(module=MODULE)
     check("it can be switched off", not hasattr(bpy.types, "IMAGE_OT_intarsia_grow"))

@@ -61,7 +61,7 @@ class IntarsiaPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
     PROGRAM = StringProperty(
         name="Program", subtype="FILE_PATH",
-        description="The program intarsia. Empty: that which put this plug-in in, or the usual places",
+        description="Path of the program intarsia; if this is empty, it is looked for",
     )  # fmt: skip
     program: PROGRAM
 
