@@ -86,7 +86,7 @@ def texture(one: SimpleNamespace) -> Node:
 
 
 def material(*nodes: Node) -> tuple[SimpleNamespace, Node]:
-    shader = Node("BSDF_PRINCIPLED", "Base Color,Metallic,Roughness,Alpha,Normal,Coat Roughness", "BSDF", "SHADER")
+    shader = Node("BSDF_PRINCIPLED", "Base Color,Metallic,Roughness,Alpha,Normal,Coat Roughness,Coat Normal", "BSDF", "SHADER")
     output = Node("OUTPUT_MATERIAL", "Surface,Displacement", is_active_output=True)
     output.inputs[0].type = "SHADER"
     output["Surface"].link(shader["BSDF"])
@@ -116,6 +116,23 @@ def test_maps_are_found_through_what_lies_between(plugin: ModuleType) -> None:
         "albedo": "colour", "normal": "normals", "height": "heights", "coat_roughness": "coat",
     }  # fmt: skip
     assert next(iter(named(plugin, one))) == "albedo"
+
+
+def test_the_colour_of_an_image_counts_before_its_alpha(plugin: ModuleType) -> None:
+    one, shader = material()
+    both = texture(image("both"))
+    shader["Metallic"].link(both["Alpha"])
+    shader["Roughness"].link(both["Color"])
+    assert named(plugin, one) == {"roughness": "both"}
+
+
+def test_normals_of_the_coat_are_no_second_normals(plugin: ModuleType) -> None:
+    one, shader = material()
+    for name in ("Coat Normal", "Normal"):
+        between = Node("NORMAL_MAP", "Strength,Color", of=name)
+        shader[name].link(between["Out"])
+        between["Color"].link(texture(image(name))["Color"])
+    assert named(plugin, one) == {"normal": "Normal", "coat_normal": "Coat Normal"}
 
 
 def test_a_muted_image_does_not_count(plugin: ModuleType) -> None:
@@ -199,6 +216,10 @@ def test_the_bytes_of_a_file_are_handed_on(plugin: ModuleType, tmp_path: Path) -
     assert stem == "Große_Steine_normal", "the ending tells what the picture holds"
     assert given == ("stones", tmp_path / "Große_Steine_normal.jpg", "Non-Color", "NONE")
     assert given.file.read_bytes() == b"as it is"
+    plugin.pictures._write_pixels = lambda *_: "the pixels"
+    one.is_dirty = True
+    assert plugin.pictures.write(one, tmp_path, stem) == "the pixels", "what was painted is not in the file"
+    one.is_dirty = False
     one.packed_file = SimpleNamespace(data=b"packed")
     assert plugin.pictures.write(one, tmp_path, "a").file.read_bytes() == b"packed"
 
