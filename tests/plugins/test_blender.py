@@ -86,7 +86,8 @@ def texture(one: SimpleNamespace) -> Node:
 
 
 def material(*nodes: Node) -> tuple[SimpleNamespace, Node]:
-    shader = Node("BSDF_PRINCIPLED", "Base Color,Metallic,Roughness,Alpha,Normal,Coat Roughness,Coat Normal", "BSDF", "SHADER")
+    sockets = "Base Color,Metallic,Roughness,Alpha,Normal,Coat Roughness,Coat Normal"
+    shader = Node("BSDF_PRINCIPLED", sockets, "BSDF", "SHADER")
     output = Node("OUTPUT_MATERIAL", "Surface,Displacement", is_active_output=True)
     output.inputs[0].type = "SHADER"
     output["Surface"].link(shader["BSDF"])
