@@ -21,6 +21,7 @@ from intarsia.cli import Report, callers, cli
 from intarsia.plugins import CONTRACT
 
 STEP = {"stage", "done", "total", "fraction", "remaining"}
+GROW = ["grow", "layer-1.png", "-o", "out.png", "--size", "60", "--method", "image-quilting"]
 LONG = ["grow", "layer-1.png", "-o", "out.png", "--size", "3000", "--patch", "9", "--threads", "1"]
 CALLER = """
 import subprocess, sys
@@ -48,7 +49,7 @@ def lines(*words: object, code: int = 0) -> list[dict[str, Any]]:
 
 
 def test_what_is_told_of_a_run() -> None:
-    told = lines("grow", "layer-1.png", "-o", "out.png", "--size", "60", "--method", "image-quilting")
+    told = lines(*GROW)
     assert {frozenset(line) for line in told} == {frozenset(STEP), frozenset({"note"}), frozenset({"result"})}
     steps = [line for line in told if "stage" in line]
     assert [s["fraction"] for s in steps] == sorted(s["fraction"] for s in steps)
@@ -57,7 +58,7 @@ def test_what_is_told_of_a_run() -> None:
     assert steps[-1]["remaining"] == 0
     result = told[-1]["result"]
     assert [Path(file["path"]).name for file in result["files"]] == ["out.png"]
-    printed = CliRunner().invoke(cli, ["grow", "layer-1.png", "-o", "out.png", "--size", "60", "--force", "--json", "-m", "image-quilting"])
+    printed = CliRunner().invoke(cli, [*GROW, "--force", "--json"])
     assert json.loads(printed.stdout) | {"timings": 0} == result | {"timings": 0}
 
 

@@ -122,7 +122,7 @@ class Desk:
         """Wait until a result is on the stage; its id. Where none comes, what the page and the server say of it."""
         from playwright.sync_api import TimeoutError as NoneCame
 
-        link = self.page.get_by_role("link", name="Download", exact=True)
+        link = self.page.get_by_role("link", name=re.compile("^Download( this map)?$"))
         try:
             link.wait_for(timeout=120_000)
         except NoneCame:

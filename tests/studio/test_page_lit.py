@@ -159,9 +159,19 @@ def test_slopes_come_from_the_height_where_there_are_no_normals(page: Desk) -> N
     assert at(page, right, 44.5, 32.5).sum() > 1.1 * at(page, right, 20.5, 32.5).sum()
 
 
+def above(page: Desk) -> dict[str, float]:
+    """Where a picture lies that is put on a solid: smaller than it is seen flat, above what is set of it."""
+    how, stage = page.told(), page.stage().bounding_box()
+    panel = page.page.locator(".lamp-panel").bounding_box()
+    assert stage is not None
+    assert panel is not None
+    part, middle = 1 - (panel["height"] + 24) / stage["height"], stage["width"] / 2
+    return {"x": middle + (how["x"] - middle) * part, "y": how["y"] * part, "scale": how["scale"] * part}
+
+
 def silhouette(page: Desk, seen: np.ndarray) -> tuple[float, float]:
     """The radius of what is seen, by its area and by its widest row, relative to half the picture."""
-    opaque, how = seen[..., 3] == 255, page.told()
+    opaque, how = seen[..., 3] == 255, above(page)
     half = SIDE * how["scale"] / 2
     return math.sqrt(opaque.sum() / math.pi) / half, opaque.sum(axis=1).max() / 2 / half
 
@@ -175,6 +185,11 @@ def test_a_ball_is_as_round_and_as_large_as_its_heights_leave_it(page: Desk) -> 
         radius = 0.85 - 1.4 * depth / 100
         expected = 4 * radius / math.sqrt(16 - radius**2)  # from 4 radii away
         assert silhouette(page, page.seen()) == (pytest.approx(expected, rel=0.01), pytest.approx(expected, rel=0.01))
+    panel, stage = page.page.locator(".lamp-panel").bounding_box(), page.stage().bounding_box()
+    assert panel is not None
+    assert stage is not None
+    lowest = (page.seen()[..., 3] == 255).any(axis=1).nonzero()[0].max()
+    assert lowest < panel["y"] - stage["y"], "what is set of it covers none of it"
 
 
 def test_a_solid_is_turned_by_its_slider_and_by_dragging_and_stays_where_it_is(page: Desk) -> None:
@@ -202,7 +217,9 @@ def test_light_falls_on_a_solid_from_where_the_lamp_is(shape: str, page: Desk) -
     page.radio(shape).click()
     if shape in ("Plane", "Corner"):
         page.page.get_by_role("slider", name="Turn").fill("0" if shape == "Plane" else "45")
-    left, right = moved(page, 0.02, 0.4), moved(page, 0.98, 0.4)
+    part = above(page)["scale"] / page.told()["scale"]  # the lamp moves and comes nearer as the solid does
+    page.page.get_by_role("slider", name="Distance", exact=True).fill(str(round(42 * part)))
+    left, right = moved(page, 0.5 - 0.48 * part, 0.4 * part), moved(page, 0.5 + 0.48 * part, 0.4 * part)
     opaque = (left[..., 3] == 255).nonzero()[1]
     middle = (int(opaque.min()) + int(opaque.max())) // 2
     west, east = (slice(None), slice(None, middle), slice(3)), (slice(None), slice(middle, None), slice(3))
@@ -218,7 +235,7 @@ def test_raised_parts_throw_shadows(page: Desk) -> None:
     page.page.get_by_role("slider", name="Depth").fill("25")
     page.page.get_by_role("slider", name="Distance", exact=True).fill("80")
     left, right = moved(page, 0.0, 0.3), moved(page, 1.0, 0.3)
-    how = page.told()
+    how = above(page)
     row, behind = int(how["y"] + 40 * how["scale"]), int(how["x"] + 41 * how["scale"])
     assert left[row, behind, :3].sum() < 0.75 * right[row, behind, :3].sum()
 

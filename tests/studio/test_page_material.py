@@ -72,9 +72,11 @@ def test_a_result_is_taken_for_an_engine(page: Desk) -> None:
     menu.get_by_label("For").select_option("For Unity")
     menu.get_by_label("For").select_option("For Unreal")
     with page.page.expect_download() as coming:
-        menu.get_by_role("link", name="Zip", exact=True).click()
+        menu.get_by_role("link", name="Zip", exact=True).evaluate("link => link.click()")  # does not wait for the file
+        expect(page.page.get_by_text("The zip is in your downloads.", exact=True)).to_be_visible()
     path = coming.value.path()
-    assert coming.value.suggested_filename == "wall_grown_unreal.zip"
+    expect(menu).to_be_hidden()
+    assert coming.value.suggested_filename == "wall_grown_image-quilting_unreal.zip"
     held = zipped(Path(path).read_bytes())
     assert held.keys() == {"T_wall_grown_BC.png", "T_wall_grown_N.png", "T_wall_grown_ORM.png", "told.txt"}
     made = page.served.get(f"/api/results/{result}")

@@ -112,6 +112,31 @@ def test_the_way_back_leads_to_the_picture_as_it_was(mend: Desk) -> None:
     assert mend.told()["layers"] == 1
 
 
+def test_another_seed_mends_otherwise(page: Desk) -> None:
+    """Without one the best pieces are taken, which are always the same."""
+    noise = np.random.default_rng(8).integers(0, 255, (96, 96, 3), np.uint8)
+    page.drop(noise=png(noise))
+    page.page.get_by_role("heading", name="noise").wait_for()
+    page.room("Mend")
+    page.stroke((30, 40), (60, 50))
+    page.button("Heal").click()
+    first = made(page)
+    page.button("Another seed").click()
+    page.button("Heal").click()
+    page.until(lambda: len(page.jobs) == 2)
+    expect(page.page.get_by_role("heading", name=f"seed {page.jobs[1]['options']['seed']}")).to_be_visible()
+    second = made(page)
+    assert ("tolerance" in page.jobs[0]["options"], page.jobs[1]["options"]["tolerance"]) == (False, 0.1)
+    assert not np.array_equal(first, second)
+    assert np.array_equal(first[70:], second[70:])
+
+
+def test_methods_of_mending_are_not_shown_by_what_they_grow_of_the_whole(mend: Desk) -> None:
+    mend.page.locator(".pick-head").click()
+    expect(mend.page.locator(".method").first).to_be_visible()
+    expect(mend.page.locator(".sketch")).to_have_count(0)
+
+
 def stained() -> np.ndarray:
     """Noise with a red stain, 21 px in radius, whose rim of 4 px is bright."""
     out = np.random.default_rng(3).integers(90, 130, (160, 160, 3), np.uint8)

@@ -77,7 +77,7 @@ def test_it_is_seen_that_a_file_is_on_its_way(page: Desk) -> None:
 
 def test_an_example_and_a_result_are_given_names(page: Desk) -> None:
     page.drop(scan=png(pixels(seed=47)))
-    page.page.get_by_role("heading", name="scan").dblclick()
+    page.page.get_by_role("heading", name="scan").click()
     field = page.page.get_by_role("textbox", name="Name")
     field.fill("Old wall")
     field.press("Enter")
@@ -103,6 +103,12 @@ def test_an_example_and_a_result_are_given_names(page: Desk) -> None:
     expect(card.get_by_role("heading", name="The best one")).to_be_visible()
     page.page.reload()
     expect(card.get_by_role("heading", name="The best one")).to_be_visible()
+    card.locator(".thumb").click()
+    page.grown()
+    download = page.page.get_by_role("link", name="Download", exact=True)
+    with page.page.expect_download() as coming:
+        download.click()
+    assert coming.value.suggested_filename == "The_best_one.png"
 
 
 def test_what_failed_is_cleared_at_once_and_comes_back(page: Desk, small: str) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_fill_holes, label
 from studio.browser import Desk
+from studio.served import opened
 
 from intarsia.files.png import encode_png
 
@@ -125,6 +126,42 @@ def test_a_painting_is_grown(paint: Desk) -> None:
     assert set(paint.jobs[0]["options"]) == {"labels", "target"}
     paint.button("Paint on").click()
     expect(paint.page.get_by_role("heading", name="Wanted")).to_be_visible()
+
+
+def test_another_picture_is_painted_with(page: Desk) -> None:
+    """All of it is one label more; undone it is offered again, and a reload keeps it."""
+    rng = np.random.default_rng(4)
+    moss, sand = (rng.integers(0, 40, (64, 80, 3)) + np.array(c) for c in ((20, 120, 30), (200, 170, 120)))
+    page.drop(sand=encode_png(sand.astype(np.uint8)))
+    page.page.get_by_role("heading", name="sand").wait_for()
+    page.drop(moss=encode_png(moss.astype(np.uint8)))
+    page.page.get_by_role("heading", name="moss").wait_for()
+    page.room("Paint")
+    page.page.get_by_role("spinbutton", name="Width in px").fill("120")
+    page.page.get_by_role("spinbutton", name="Height in px").fill("90")
+    page.page.get_by_role("heading", name="Wanted").click()
+    another = page.page.get_by_label("Add a picture")
+    offered = another.locator("option")
+    assert {"sand"} <= set(offered.all_text_contents()) - {"moss"}
+    another.select_option(label="sand")
+    expect(offered.filter(has_text="sand")).to_have_count(0)
+    expect(page.page.get_by_role("button", name="Label 2", exact=True)).to_have_attribute("aria-pressed", "true")
+    page.page.keyboard.press("Control+z")
+    expect(offered.filter(has_text="sand")).to_have_count(1)
+    page.page.keyboard.press("Control+y")
+    brush(page, 60)
+    page.stroke((60, 45), number=1)
+    page.until(lambda: looks(page)[45, 60, 0] > 180)  # it looks like sand
+    page.page.reload()
+    expect(offered.filter(has_text="sand")).to_have_count(0)
+    page.button("Grow").click()
+    result = page.served.get(f"/api/results/{page.grown()}")
+    names = {row["id"]: row["name"] for row in page.served.get("/api/exemplars")}
+    assert [names[each] for each in page.jobs[-1]["exemplars"]] == ["moss", "sand"]
+    seen = opened(page.served.bytes(page.served.file(result, result["files"][-1]))).astype(int)
+    assert seen.shape == (90, 120, 3)
+    assert (seen[40:50, 55:65, 0] > 180).all()
+    assert (seen[:10, :10, 0] < 80).all()
 
 
 @pytest.mark.parametrize("steps", [0, 1, 4])

@@ -44,10 +44,10 @@ MEMORY = 200  # bytes a px at most: six arrays of floats, twice as high and wide
 def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
     """Return a material with the maps that it lacks proposed from those that it has.
 
-    Of a photograph a strong slope of light is taken out; its height is the sum of six bands of its brightness, of octaves from 1/256
-    to 1/8 of the shorter side: what is dark lies deep, unless what is light is a net that runs through, such as light
-    joints between dark bricks. Its normals follow from the height; it is rough where it is dark and where its fine
-    contrast is high. Of a height the normals are made, of normals the height, and nothing else.
+    Of a photograph a strong slope of light is taken out; its height is the sum of six bands of its brightness, of
+    octaves from 1/256 to 1/8 of the shorter side: what is dark lies deep, unless what is light is a net that runs
+    through, such as light joints between dark bricks. Its normals follow from the height; it is rough where it is dark
+    and where its fine contrast is high. Of a height the normals are made, of normals the height, and nothing else.
 
     Parameters
     ----------

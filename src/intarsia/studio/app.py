@@ -177,7 +177,7 @@ class Studio:
         if file not in [entry["name"] for entry in result["files"]]:
             raise HTTPException(404, "there is no such file.")
         return FileResponse(
-            self.store.place("results", result["id"]) / file, filename=called(result, file), headers=KEPT
+            self.store.place("results", result["id"]) / file, filename=self.called(result, file), headers=KEPT
         )
 
     async def origins(self, request: Request, result: Row) -> Response:
@@ -188,12 +188,22 @@ class Studio:
     async def archive(self, request: Request, result: Row) -> Response:
         path = await self.showing.archive(result)
         stem = Path(result["pictures"][0]).stem if result["pictures"] else "result"
-        return _once(path, called(result, f"{stem}.zip"))
+        return _once(path, self.called(result, f"{stem}.zip"))
 
     async def engine(self, request: Request, engine: str, **row: Row) -> Response:
         ((kind, of),) = row.items()
         path = await self.showing.for_engine(kind, of, engine)
-        return _once(path, f"{of.get('name') or Path(of['pictures'][0]).stem}_{engine}.zip")
+        own = of["name"] if kind == "exemplar" else Path(self.called(of, of["pictures"][0])).stem
+        return _once(path, f"{own}_{engine}.zip")
+
+    def called(self, result: Row, name: str) -> str:
+        """Return the name that a file of a result is downloaded under: the given one, or with method and seed."""
+        given = (job.get("name") for job in self.store.all("jobs") if job["result"] == result["id"])
+        if own := next(filter(None, given), ""):
+            return re.sub(r"\W+", "_", own) + name.removeprefix(Path((result["pictures"] or [name])[0]).stem)
+        method, seed = map(result["options"].get, ("method", "seed"))
+        more = [method, seed and f"s{seed}"]
+        return "_".join([Path(name).stem, *(each for each in more if each and each != AUTO_METHOD)]) + Path(name).suffix
 
     async def report(self, request: Request, result: Row) -> Response:
         page, own = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
@@ -281,13 +291,6 @@ class Studio:
 def _once(path: Path, name: str) -> Response:
     """Return a file to download, whose folder is removed afterwards."""
     return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
-
-
-def called(result: Row, name: str) -> str:
-    """Return the name that a file of a result is downloaded under: with method and seed, by which results differ."""
-    method, seed = map(result["options"].get, ("method", "seed"))
-    more = [method, seed and f"s{seed}"]
-    return "_".join([Path(name).stem, *(each for each in more if each and each != AUTO_METHOD)]) + Path(name).suffix
 
 
 async def said(request: Request) -> Row:

@@ -1,9 +1,6 @@
 /** What the server is asked: one function for each way of asking, and errors in the server's own line. */
 
 /** @typedef {import("./types.js").Exemplar} Exemplar */
-/** @typedef {import("./types.js").Job} Job */
-/** @typedef {import("./types.js").Result} Result */
-/** @typedef {import("./types.js").Schema} Schema */
 
 /** What the server refused; the message is its line. */
 export class Refused extends Error {
@@ -97,7 +94,7 @@ export function viewOf(exemplar, side = LONGEST, plane) {
 }
 
 /** Where a file of a result lies.
- * @param {Result} result @param {string} name */
+ * @param {import("./types.js").Result} result @param {string} name */
 export function fileOf(result, name) {
   return `/api/results/${result.id}/files/${name}`;
 }

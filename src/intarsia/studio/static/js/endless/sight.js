@@ -4,9 +4,6 @@ import { Ground } from "../stage/ground.js";
 import { View } from "../stage/view.js";
 import { SIDE } from "./tiles.js";
 
-/** @typedef {import("./tiles.js").Place} Place */
-/** @typedef {import("./tiles.js").Tile} Tile */
-
 const LEVELS = 4;
 const MOST = 16;
 
@@ -84,13 +81,13 @@ export class Sight extends Ground {
     return { x, y, width: Math.max(1, Math.ceil(right - 1e-6) - x), height: Math.max(1, Math.ceil(below - 1e-6) - y) };
   }
 
-  /** @returns {Place[]} tiles in sight, nearest first */
+  /** @returns {import("./tiles.js").Place[]} tiles in sight, nearest first */
   get places() {
     const { level } = this.view;
     const side = SIDE << level;
     const { x, y, width, height } = this.window;
     const [u, v] = [x + width / 2, y + height / 2];
-    /** @type {(Place & {far: number})[]} */ const found = [];
+    /** @type {(import("./tiles.js").Place & {far: number})[]} */ const found = [];
     for (let row = Math.floor(y / side); row * side < y + height; row += 1) {
       for (let column = Math.floor(x / side); column * side < x + width; column += 1) {
         found.push({ level, y: row, x: column, far: Math.hypot((column + 0.5) * side - u, (row + 0.5) * side - v) });
@@ -145,7 +142,7 @@ export class Sight extends Ground {
   }
 
   /** Draw a tile from one whole device pixel to another, so that no gap shows.
-   * @param {CanvasRenderingContext2D} pen @param {Tile} tile */
+   * @param {CanvasRenderingContext2D} pen @param {import("./tiles.js").Tile} tile */
   #tile(pen, { picture, level, y, x }) {
     const { scale } = this.view;
     const side = SIDE * 2 ** level * scale;

@@ -7,8 +7,6 @@ import { segments } from "../parts/choice.js";
 import { MAPS, Renderer } from "./renderer.js";
 import { SHAPES } from "./shaders.js";
 
-/** @typedef {import("../stage/stage.js").Stage} Stage */
-
 /**
  * What may be lit.
  * @typedef {object} Subject
@@ -51,7 +49,7 @@ export class Lit {
   /** @type {string} what the renderer holds */
   #held = "";
 
-  /** @param {Stage} stage */
+  /** @param {import("../stage/stage.js").Stage} stage */
   constructor(stage) {
     this.stage = stage;
     this.panel.append(this.turn, this.relief);
@@ -90,7 +88,7 @@ export class Lit {
     this.#subject = subject;
     if (this.#held !== subject.id) renderer.take(maps, subject.down);
     this.#held = subject.id;
-    this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, view, size, tiles, lamp, pose);
+    this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, this.#above(view, canvas.width / 2), size, tiles, lamp, pose);
     this.relief.hidden = !subject.planes.includes("height");
     this.handle.hidden = this.panel.hidden = false;
     this.#place();
@@ -107,6 +105,13 @@ export class Lit {
     if (!shown) return;
     const there = await this.show(this.#subject ?? subject, () => this.stage.painter === shown);
     if (!there) this.hide();
+  }
+
+  /** A solid is drawn smaller, above what is set of it.
+   * @param {{x: number, y: number, scale: number}} view @param {number} middle of the stage */
+  #above({ x, y, scale }, middle) {
+    const part = pose.shape === "flat" ? 1 : 1 - (this.panel.offsetHeight + 24) / Math.max(100, this.stage.clientHeight);
+    return { x: middle + (x - middle) * part, y: y * part, scale: scale * part };
   }
 
   /** Show the picture as it is. */

@@ -53,7 +53,7 @@ export class Renderer {
   }
 
   /** Draw it.
-   * @param {{width: number, height: number}} stage px of the device @param {import("../stage/view.js").View} view
+   * @param {{width: number, height: number}} stage px of the device @param {{x: number, y: number, scale: number}} view
    * @param {{width: number, height: number}} size of the picture @param {number} tiles along each axis
    * @param {Lamp} lamp @param {Pose} pose @returns {HTMLCanvasElement} */
   draw(stage, view, size, tiles, lamp, pose) {

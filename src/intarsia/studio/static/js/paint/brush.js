@@ -4,8 +4,6 @@ import { follow } from "../core/dom.js";
 import { Past } from "../core/past.js";
 import { History } from "./history.js";
 
-/** @typedef {import("./labels.js").Labels} Labels */
-/** @typedef {import("../stage/stage.js").Stage} Stage */
 /** @typedef {"brush" | "erase" | "fill" | "move"} Tool */
 
 /** What is painted with, wherever it is painted. */
@@ -40,7 +38,7 @@ export class Brush {
   /** @type {[number, number] | null} where the pointer is */
   #over = null;
 
-  /** @param {Stage} stage @param {Kit} kit @param {() => Labels | null} labels that are painted on now */
+  /** @param {import("../stage/stage.js").Stage} stage @param {Kit} kit @param {() => import("./labels.js").Labels | null} labels that are painted on now */
   constructor(stage, kit, labels) {
     this.stage = stage;
     this.kit = kit;
@@ -111,7 +109,7 @@ export class Brush {
     this.#last = this.#before = null;
   }
 
-  /** @param {Labels} labels @param {[number, number]} to @param {number} value */
+  /** @param {import("./labels.js").Labels} labels @param {[number, number]} to @param {number} value */
   #go(labels, to, value) {
     labels.paint(labels.stroke(this.#last ?? to, to, this.kit.size / 2, value));
     this.#last = to;

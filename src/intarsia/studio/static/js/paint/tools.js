@@ -4,10 +4,7 @@ import { button, el, follow, typing } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { undoButtons } from "../parts/undo.js";
 
-/** @typedef {import("./brush.js").Kit} Kit */
-/** @typedef {import("./brush.js").Tool} Tool */
-
-/** @type {{tool: Tool, says: string, icon: import("../core/icons.js").IconName, key: string}[]} */
+/** @type {{tool: import("./brush.js").Tool, says: string, icon: import("../core/icons.js").IconName, key: string}[]} */
 const TOOLS = [
   { tool: "brush", says: "Brush (B)", icon: "brush", key: "b" },
   { tool: "erase", says: "Erase (E)", icon: "erase", key: "e" },
@@ -15,7 +12,7 @@ const TOOLS = [
   { tool: "move", says: "Move (H)", icon: "hand", key: "h" },
 ];
 
-/** @param {Kit} kit @returns {HTMLElement} */
+/** @param {import("./brush.js").Kit} kit @returns {HTMLElement} */
 export function toolbar(kit) {
   const tools = TOOLS.map(({ tool, says, icon: name }) =>
     button(says, () => kit.set({ tool }), { icon: icon(name), bare: true, value: tool }),
@@ -40,7 +37,7 @@ export function toolbar(kit) {
 }
 
 /** Keys of the tools, while a room is open.
- * @param {Kit} kit @param {AbortSignal} signal @param {number} labels how many there are to choose from by digits */
+ * @param {import("./brush.js").Kit} kit @param {AbortSignal} signal @param {number} labels how many there are to choose from by digits */
 export function toolKeys(kit, signal, labels) {
   const act = (/** @type {KeyboardEvent} */ e) => {
     if (typing(e) || e.ctrlKey || e.metaKey) return;

@@ -3,10 +3,8 @@
 import { exemplarOf, store } from "../core/store.js";
 import { about, busy, state } from "../core/words.js";
 
-/** @typedef {import("../core/types.js").Job} Job */
-
 /** The size of what a job makes, as far as it is known before.
- * @param {Job} job @returns {[number, number]} */
+ * @param {import("../core/types.js").Job} job @returns {[number, number]} */
 export function wantedSize(job) {
   const { size, width, height, left = 0, right = 0, top = 0, bottom = 0 } = job.options;
   const asked = /^(\d+)(?:x(\d+))?$/.exec(String(size ?? ""));
@@ -29,7 +27,7 @@ export function grey() {
 }
 
 /** What a job waits for, or is at, in a line; nothing once previews of the work itself show how far it is.
- * @param {Job | null} job */
+ * @param {import("../core/types.js").Job | null} job */
 export function awaited(job) {
   if (!job || !busy(job) || (job.fraction && store.previews.has(job.id))) return "";
   if (job.state === "running" && job.ready) return `Getting ready, once on this computer: ${about(job.ready - Date.now() / 1000)}`;

@@ -47,9 +47,9 @@ async function brought(from, name) {
   }
 }
 
+/** It stays, so that it is not swept away while the person chooses; emptied, so that the same file can be chosen again. */
+const input = el("input", { type: "file", multiple: true, accept: "image/*,.exr,.hdr,.tif,.tiff,.tga,.webp" });
+input.addEventListener("change", () => void bringFiles([...(input.files ?? [])]).finally(() => (input.value = "")));
+
 /** Let the person pick files. */
-export function pick() {
-  const input = el("input", { type: "file", multiple: true, accept: "image/*,.exr,.hdr,.tif,.tiff,.tga,.webp" });
-  input.addEventListener("change", () => void bringFiles([...(input.files ?? [])]));
-  input.click();
-}
+export const pick = () => input.click();

@@ -5,8 +5,6 @@ import { store } from "../core/store.js";
 import { busy, inPlain, state, title } from "../core/words.js";
 import { bar } from "./progress.js";
 
-/** @typedef {import("../core/types.js").Job} Job */
-
 export class Cell {
   picture = el("img", { alt: "", decoding: "async" });
   over = el("span", { class: "over", "aria-hidden": "true" });
@@ -16,7 +14,7 @@ export class Cell {
   #shown = "";
 
   /** @param {string} id of the job @param {number} side px that are asked for
-   * @param {(job: Job, event: MouseEvent) => void} act */
+   * @param {(job: import("../core/types.js").Job, event: MouseEvent) => void} act */
   constructor(id, side, act) {
     this.id = id;
     this.side = side;

@@ -44,7 +44,7 @@ class ExemplarCard extends Living {
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name), plane.proposed && " (proposed)"))),
       proposing(planes.map((plane) => plane.name)),
-      planes.length > 1 && forEngine(`/api/exemplars/${exemplar.id}`, name, planes.map((plane) => plane.name)),
+      planes.length > 1 && forEngine("the example", `/api/exemplars/${exemplar.id}`, planes.map((plane) => plane.name)),
       this.steps,
       el(
         "div",

@@ -5,7 +5,6 @@ import { complain } from "../core/toast.js";
 import { inPlain, titleOf } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Option} Option */
-/** @typedef {import("../core/settings.js").Settings} Settings */
 
 const POSES = ["none", "180", "90", "both", "auto"];
 
@@ -23,7 +22,7 @@ function usual(option) {
   return Array.isArray(option.default) ? option.default.join("x") : String(option.default);
 }
 
-/** @param {Option} option @param {Settings} settings @returns {HTMLElement} */
+/** @param {Option} option @param {import("../core/settings.js").Settings} settings @returns {HTMLElement} */
 export function field(option, settings) {
   const id = `option-${option.name}`;
   const control = input(option, settings, id);
@@ -63,7 +62,7 @@ function sentence(help) {
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }
 
-/** @param {Option} option @param {Settings} settings @param {string} id @returns {HTMLInputElement | HTMLSelectElement} */
+/** @param {Option} option @param {import("../core/settings.js").Settings} settings @param {string} id @returns {HTMLInputElement | HTMLSelectElement} */
 function input(option, settings, id) {
   const { name, kind, low, high } = option;
   const common = { id, "aria-describedby": `${id}-help` };

@@ -3,7 +3,7 @@
 import { post } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
-import { tried } from "../core/toast.js";
+import { say, tried } from "../core/toast.js";
 
 const ENGINES = { unreal: "Unreal", unity: "Unity", godot: "Godot", blender: "Blender", gltf: "glTF" };
 
@@ -19,20 +19,21 @@ export function proposing(planes, first) {
     void tried(async () => {
       await first?.();
       if (store.exemplar) store.choose(await post(`/api/exemplars/${store.exemplar.id}/edit`, { propose: true }));
+      say("The maps are there; it is the picture that is worked with now.");
     }).finally(() => (propose.disabled = false));
   }, { class: "framed", title: "Height, normal and roughness, guessed from brightness" });
   return propose;
 }
 
 /** A choice of an engine, and a zip for it.
- * @param {string} at where what is taken lies @param {string} name of the zip @param {string[]} planes
+ * @param {string} what is exported, in words @param {string} at where what is taken lies @param {string[]} planes
  * @param {() => Promise<unknown>} [first] brings what maps are proposed of */
-export function forEngine(at, name, planes, first) {
+export function forEngine(what, at, planes, first) {
   const choice = el("select", { class: "field", "aria-label": "For", onchange: () => [(engine = choice.value), point()] });
   fill(choice, Object.entries(ENGINES).map(([value, says]) => el("option", { value, selected: value === engine }, `For ${says}`)));
-  const take = el("a", { class: "button framed" }, "Zip");
-  const point = () => Object.assign(take, { href: `${at}/for/${engine}.zip`, download: `${name}_${engine}.zip`, title: `${name} as ${choice.selectedOptions[0]?.text.slice(4)} reads it` });
+  const take = el("a", { class: "button framed", download: "", onclick: () => say("The zip is in your downloads.") }, "Zip");
+  const point = () => Object.assign(take, { href: `${at}/for/${engine}.zip`, title: `As ${choice.selectedOptions[0]?.text.slice(4)} reads it` });
   point();
   const alone = planes.length === 1 && el("p", { class: "quiet small" }, "Only the base colour goes.");
-  return el("div", { class: "engine" }, el("div", { class: "pairs" }, choice, take), alone, alone && proposing(planes, first));
+  return el("div", { class: "engine" }, el("p", { class: "quiet small" }, `Export ${what}`), el("div", { class: "pairs" }, choice, take), alone, alone && proposing(planes, first));
 }

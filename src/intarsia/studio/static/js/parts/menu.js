@@ -13,6 +13,7 @@ export function menu(toggle, box, opened) {
   toggle.addEventListener("click", () => open(box.hidden));
   const around = el("span", { class: "around" }, toggle, box);
   around.addEventListener("focusout", (e) => (e.relatedTarget instanceof Node && around.contains(e.relatedTarget)) || open(false));
+  box.addEventListener("click", (e) => e.target instanceof Element && e.target.closest("a") && open(false)); // it was taken
   around.addEventListener("keydown", (e) => e.key === "Escape" && [open(false), toggle.focus()]);
   return around;
 }

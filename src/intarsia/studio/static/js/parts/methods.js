@@ -6,7 +6,6 @@ import { called, plain } from "../core/words.js";
 import { field, isField } from "./field.js";
 import { Sketches } from "./sketches.js";
 
-/** @typedef {import("../core/types.js").Method} Method */
 /** @typedef {import("../core/settings.js").Settings} Settings */
 
 const AUTO = { slug: "auto", summary: "picks what suits this picture" };
@@ -34,7 +33,7 @@ export function methodPicker(settings, allowed) {
   const offered = [AUTO, ...known];
   const head = el("summary", { class: "pick-head" });
   const list = el("div", { class: "pick-list", role: "radiogroup", "aria-label": "Method" });
-  const sketches = new Sketches();
+  const sketches = settings.name === "grow" ? new Sketches() : null; // they are grown of the whole example
   const box = el("details", { class: "pick" }, head, list);
   for (const method of offered) {
     const radio = el("input", {
@@ -43,10 +42,10 @@ export function methodPicker(settings, allowed) {
       onclick: (/** @type {MouseEvent} */ e) => e.detail > 0 && (box.open = false),
     });
     const tags = (plain(method.slug) ?? []).slice(2).map((tag) => el("span", { class: "tag" }, tag));
-    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), ...says(method, settings), tags.length > 0 && el("span", { class: "tags" }, tags)));
+    list.append(el("label", { class: "method" }, radio, sketches?.place(method.slug) ?? "", ...says(method, settings), tags.length > 0 && el("span", { class: "tags" }, tags)));
   }
   box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
-  box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));
+  box.addEventListener("toggle", () => (box.open ? void sketches?.draw() : sketches?.stop()));
   const show = () => {
     const slug = settings.options.method ?? AUTO.slug;
     const method = offered.find((m) => m.slug === slug) ?? AUTO;

@@ -7,7 +7,7 @@ import { store } from "../core/store.js";
 import { offer, tried } from "../core/toast.js";
 import { weight } from "../core/words.js";
 
-/** A heading that is given another name by a double click, or by the button beside it.
+/** A heading that is given another name by a click, or by the button beside it.
  * @param {"jobs" | "exemplars"} kind @param {{id: string, name?: string}} row @param {"h2" | "h3"} tag
  * @param {string} [shown] where it was given no name @returns {HTMLElement} */
 export function heading(kind, { id, name = "" }, tag, shown = "") {
@@ -28,7 +28,7 @@ export function heading(kind, { id, name = "" }, tag, shown = "") {
     fill(place, input);
     input.select();
   };
-  const head = el(tag, { class: "one-line", title: says, ondblclick: edit }, says);
+  const head = el(tag, { class: "one-line", title: says, onclick: edit }, says);
   const pencil = button(`Rename ${says}`, edit, { icon: icon("pencil"), bare: true });
   const place = el("div", { class: "named" }, head, pencil);
   return place;

@@ -8,9 +8,8 @@ import { Labels } from "../paint/labels.js";
 import { send } from "../paint/send.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
-/** @typedef {import("../core/types.js").Result} Result */
 /** @typedef {[number, number, number]} Spot a square: its left and upper border and its side, px of the result */
-/** @typedef {{job: Job, result: Result, part: string, spots: Spot[]}} Marked */
+/** @typedef {{job: Job, result: import("../core/types.js").Result, part: string, spots: Spot[]}} Marked */
 
 /** Radius of what is made anew, and of what is not taken in its place, in sides. */
 const [ANEW, SAME] = [1.2, 0.8];
@@ -47,7 +46,7 @@ export class Places {
   }
 
   /** Mark what is left after a repair, on what it made.
-   * @param {Job} job @param {Result} result */
+   * @param {Job} job @param {import("../core/types.js").Result} result */
   goOn(job, result) {
     const left = this.#left;
     if (left?.id !== job.id || !left.spots.length) return;

@@ -6,10 +6,8 @@ import { tried } from "../core/toast.js";
 import { busy, facts, inPlain, state, took } from "../core/words.js";
 import { left } from "./estimate.js";
 
-/** @typedef {import("../core/types.js").Job} Job */
-
 /** A bar that is as long as a job is far.
- * @param {Job} job */
+ * @param {import("../core/types.js").Job} job */
 export function bar(job) {
   const inside = el("i");
   inside.style.transform = `scaleX(${job.fraction ?? 0})`;
@@ -18,7 +16,7 @@ export function bar(job) {
 }
 
 /** Show a job that is under way, or why it ended without a result. What is pressed and focused stays while the job goes on.
- * @param {HTMLElement} place @param {Job | null} job */
+ * @param {HTMLElement} place @param {import("../core/types.js").Job | null} job */
 export function showProgress(place, job) {
   place.hidden = !job || job.state === "done";
   const shown = place.dataset.job;

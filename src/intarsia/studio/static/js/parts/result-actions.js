@@ -20,18 +20,18 @@ export function resultActions(result, plane, onward) {
   const more = el("div", { class: "menu", role: "group", "aria-label": "Downloads" });
   const planes = planesOf(result);
   const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
-  for (const file of files) more.append(link(fileOf(result, file.name), named(result, file.name), file.name, weight(file.bytes)));
-  more.append(link(`/api/results/${result.id}/all.zip`, named(result, `${stem(main?.name ?? "result")}.zip`), "All as a zip", "with its steps"));
+  for (const file of files) more.append(link(fileOf(result, file.name), "", file.name, weight(file.bytes)));
+  more.append(link(`/api/results/${result.id}/all.zip`, "", "All as a zip", "with its steps"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
   const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
-  more.append(forEngine(`/api/results/${result.id}`, stem(main?.name ?? "result"), planes, () => store.bring({ result: result.id })));
+  more.append(forEngine("this result", `/api/results/${result.id}`, planes, () => store.bring({ result: result.id })));
   const around = menu(button("More to take", () => {}, { icon: icon("more"), bare: true }), more);
   const command = button("Command", () => void copied(result.command, `Command copied${needed}`), { icon: icon("copy"), title: result.command });
   const made = [command, around];
   if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));
   if (main) {
-    const download = el("a", { class: "button framed", href: fileOf(result, main.name), download: named(result, main.name) }, icon("down"), el("span", { class: "label" }, "Download"));
+    const download = el("a", { class: "button framed", href: fileOf(result, main.name), download: "" }, icon("down"), el("span", { class: "label" }, planes.length > 1 ? "Download this map" : "Download"));
     made.unshift(download);
   }
   return made;
@@ -40,14 +40,6 @@ export function resultActions(result, plane, onward) {
 /** @param {string} name */
 function stem(name) {
   return name.replace(/\.\w+$/, "");
-}
-
-/** A name of a file that tells method and seed, so that those of several results do not collide.
- * @param {import("../core/types.js").Result} result @param {string} name */
-function named(result, name) {
-  const { method, seed } = result.options;
-  const told = [method && method !== "auto" ? method : "", seed ? `s${seed}` : ""].filter(Boolean).map((word) => `_${word}`);
-  return stem(name) + told.join("") + name.slice(stem(name).length);
 }
 
 /** Which files a command reads, and where they are, in words.
@@ -68,7 +60,8 @@ function reportButton(result, name) {
     await tried(async () => {
       const page = new Blob([await bytes(`/api/results/${result.id}/report.html`)], { type: "text/html" });
       const href = URL.createObjectURL(page);
-      link(href, `${stem(named(result, name))}_report.html`, "").click();
+      const { method, seed } = result.options;
+      link(href, [stem(name), method, seed && `s${seed}`, "report.html"].filter(Boolean).join("_"), "").click();
       setTimeout(() => URL.revokeObjectURL(href), 60_000);
     });
     made.textContent = "Report";
@@ -85,7 +78,7 @@ function rank(file, planes) {
   return at < 0 ? planes.length : at;
 }
 
-/** @param {string} href @param {string} name @param {string} says @param {string} [heavy] */
+/** @param {string} href @param {string} name of the file, where the server names none @param {string} says @param {string} [heavy] */
 function link(href, name, says, heavy) {
   return el("a", { class: "button", href, download: name }, says, heavy && el("span", { class: "quiet number weight" }, heavy));
 }

@@ -21,7 +21,6 @@ import { Strip } from "./strip.js";
 import { viewButtons } from "./view-buttons.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
-/** @typedef {import("../core/types.js").Result} Result */
 
 export class ResultView extends Living {
   stage = new Stage();
@@ -39,7 +38,7 @@ export class ResultView extends Living {
   scored = el("span");
   waiting = el("p", { class: "awaited number" });
   /** @type {Job | null} */ job = null;
-  /** @type {Result | null} */ result = null;
+  /** @type {import("../core/types.js").Result | null} */ result = null;
   #turn = 0;
   #shown = "";
   #clock = 0;
@@ -157,7 +156,7 @@ export class ResultView extends Living {
   }
 
   /** Tell how good a result is.
-   * @param {Job} job @param {Result} result */
+   * @param {Job} job @param {import("../core/types.js").Result} result */
   #judge(job, result) {
     fill(this.scored, scoreButton(result, (part, says, spots) => this.places.show({ job, result, part, spots }, says)));
   }
@@ -226,7 +225,7 @@ export class ResultView extends Living {
   #headline(name, told, actions) {
     fill(
       this.head,
-      el("div", { class: "names" }, el("h2", { class: "one-line" }, name), el("p", { class: "quiet small number one-line" }, told)),
+      el("div", { class: "names" }, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number one-line", title: told }, told)),
       store.sheet.some((id) => store.jobs.get(id)?.exemplars[0] === store.exemplar?.id) && button("Sheet", () => store.spreadOut(store.sheet), { title: "Back to the contact sheet" }),
       el("span", { class: "actions" }, this.looks.planes, actions),
     );

@@ -7,28 +7,19 @@ import { tried } from "../core/toast.js";
 import { send } from "../paint/send.js";
 import { segments } from "./choice.js";
 
-/** @typedef {import("../paint/labels.js").Labels} Labels */
-/** @typedef {import("../stage/stage.js").Layer} Layer */
-
 const MOMENT = 250;
 
 export class Rim {
   said = el("p", { class: "quiet small number", role: "status" });
   #turn = 0;
 
-  /** @param {import("../core/settings.js").Settings} settings of healing @param {() => Labels | null} hole
-   * @param {(rim: Layer | null) => void} show */
+  /** @param {import("../core/settings.js").Settings} settings of healing @param {() => import("../paint/labels.js").Labels | null} hole
+   * @param {(rim: import("../stage/stage.js").Layer | null) => void} show */
   constructor(settings, hole, show) {
     this.settings = settings;
     this.hole = hole;
     this.show = show;
-    const choice = segments(
-      "Rim",
-      [["", "As painted"], ["auto", "With rim"]],
-      () => (this.auto ? "auto" : ""),
-      (grow) => settings.set("grow", grow || null),
-      { wide: true },
-    );
+    const choice = segments("Rim", [["", "As painted"], ["auto", "With rim"]], () => (this.auto ? "auto" : ""), (grow) => settings.set("grow", grow || null), { wide: true });
     this.element = el("div", { class: "group" }, el("div", { class: "row" }, el("span", {}, "Hole"), choice.element), this.said);
     follow(settings, choice.element, choice.show);
   }

@@ -8,8 +8,6 @@ import { busy, facts, judged, title } from "../core/words.js";
 import { awaited } from "./awaited.js";
 import { arrange, Cell } from "./cell.js";
 
-/** @typedef {import("../core/types.js").Job} Job */
-
 export class Sheet extends Living {
   grid = el("div", { class: "sheet-grid" });
   count = el("span", { class: "quiet small number facts" });
@@ -62,7 +60,7 @@ export class Sheet extends Living {
       const cell = new Cell(id, 640, (job) => store.look(job.id));
       cell.element.append(el("span", { class: "caption" }, el("span"), el("strong", { class: "number" }), el("span", { class: "verdict" })));
       const job = () => store.jobs.get(id);
-      const stop = button("Cancel", () => void tried(async () => busy(job()) && store.change(/** @type {Job} */ (job()), "cancel")), { icon: icon("close"), bare: true });
+      const stop = button("Cancel", () => void tried(async () => busy(job()) && store.change(/** @type {import("../core/types.js").Job} */ (job()), "cancel")), { icon: icon("close"), bare: true });
       cell.place = el("div", { class: "cell" }, cell.element, stop);
       return cell;
     });

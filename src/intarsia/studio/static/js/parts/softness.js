@@ -4,10 +4,6 @@ import { el } from "../core/dom.js";
 import { exemplarOf, mapOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 
-/** @typedef {import("../core/types.js").Job} Job */
-/** @typedef {import("../core/types.js").Options} Options */
-/** @typedef {import("../core/types.js").Result} Result */
-
 /** px, at the right end of the slider. */
 const SOFTEST = 32;
 
@@ -24,13 +20,13 @@ export class Softness {
     { class: "softness small", title: "How far pieces run into each other; with 0 they are exact copies. Nothing is grown anew", hidden: true },
     el("span", { class: "quiet" }, "Soften seams"), this.range, this.told,
   );
-  /** @type {{job: Job, map: string} | null} what is drawn again */
+  /** @type {{job: import("../core/types.js").Job, map: string} | null} what is drawn again */
   #subject = null;
   #soon = 0;
   #turn = 0;
 
   /** A result is on the stage, or none is.
-   * @param {Job | null} job @param {Result} [result] */
+   * @param {import("../core/types.js").Job | null} job @param {import("../core/types.js").Result} [result] */
   show(job, result) {
     const map = result && mapOf(result);
     const able = job && map && exemplarOf(job) && !job.options.window;
@@ -82,7 +78,7 @@ export class Softness {
   }
 }
 
-/** @param {Options} options */
+/** @param {import("../core/types.js").Options} options */
 function kept(options) {
   return Object.fromEntries(Object.entries(options).filter(([name]) => SAME.includes(name)));
 }

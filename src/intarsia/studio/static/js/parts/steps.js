@@ -6,7 +6,6 @@ import { tried } from "../core/toast.js";
 import { title } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
-/** @typedef {import("../core/types.js").Exemplar} Exemplar */
 
 /** @type {string[]} jobs from the first step on, as far as they were gone; those after what is looked at as well */
 let line = [];
@@ -14,7 +13,7 @@ let line = [];
 let later = null;
 
 /** The jobs that led to what is seen, the first one first, and the example that they began with.
- * @returns {{first: Exemplar | null, jobs: Job[]}} */
+ * @returns {{first: import("../core/types.js").Exemplar | null, jobs: Job[]}} */
 function path() {
   const jobs = [];
   let exemplar = store.exemplar;

@@ -2,15 +2,14 @@
 
 import { store } from "../core/store.js";
 
-/** @typedef {import("../core/types.js").Options} Options */
 /** @typedef {"1" | "4" | "9" | "methods"} Many */
 
 /** Methods that are there to compare with, and not to choose from. */
 const BASELINES = ["repeat", "random-tiling"];
 
 /** What is asked for, one set of options for each picture.
- * @param {Readonly<Options>} options @param {Many} many @param {string[]} allowed methods of the verb
- * @returns {Options[]} */
+ * @param {Readonly<import("../core/types.js").Options>} options @param {Many} many @param {string[]} allowed methods of the verb
+ * @returns {import("../core/types.js").Options[]} */
 export function variants(options, many, allowed) {
   const first = Number(options.seed ?? 0);
   if (many !== "methods") {

@@ -102,9 +102,9 @@ export class FoundRoom extends Living {
   #tools() {
     const { mode, crop } = this;
     if (mode === "look") {
-      const { id, name, planes } = store.exemplar ?? { id: "", name: "", planes: [] };
+      const { id, planes } = store.exemplar ?? { id: "", planes: [] };
       const edits = el("div", { class: "pairs" }, this.#edit("Straighten", { straighten: true }), this.#edit("Flatten light", { flatten: true }));
-      return fill(this.tools, edits, forEngine(`/api/exemplars/${id}`, name, planes.map((plane) => plane.name)));
+      return fill(this.tools, edits, forEngine("the example", `/api/exemplars/${id}`, planes.map((plane) => plane.name)));
     }
     if (mode === "avoid") return fill(this.tools, el("p", { class: "quiet" }, "Brush over what shall never be used in growing."), toolbar(kit));
     const box = crop.box;

@@ -23,13 +23,13 @@ import { Margins } from "../stage/margins.js";
 import { Stage } from "../stage/stage.js";
 
 /** @typedef {"heal" | "extend" | "tile"} Mode */
-/** @typedef {import("../stage/margins.js").Side} Side */
 
 const kit = new Kit();
 /** @type {Map<string, import("../paint/labels.js").Labels>} what is to be healed, by exemplar */
 const holes = new Map();
 /** @type {Record<Mode, Settings>} */
 const settings = { heal: new Settings("heal", kit.past), extend: new Settings("extend"), tile: new Settings("tile") };
+const ANOTHER = 0.1; // tolerance of what another seed was asked for: without one the best pieces are taken, and always the same
 const task = {
   /** @returns {Mode} */
   get mode() {
@@ -57,7 +57,7 @@ export class MendRoom extends Living {
   /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
   #ring = null;
   rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
-  /** @type {Map<Side, HTMLInputElement>} */ #fields = new Map();
+  /** @type {Map<import("../stage/margins.js").Side, HTMLInputElement>} */ #fields = new Map();
 
   /** What the last change of the chosen task is remembered in. */
   get past() {
@@ -141,28 +141,17 @@ export class MendRoom extends Living {
       this.margins.set({ left: x, right: x, top: y, bottom: y });
     }, { class: "framed" });
     this.go.textContent = { heal: "Heal", extend: "Extend", tile: "Make it tile" }[mode];
-    fill(
-      this.panel,
-      this.buttons,
-      el(
-        "div",
-        { class: "fields" },
-        choice.element,
-        el("p", { class: "quiet" }, SAYS[mode]),
-        mode === "heal" && toolbar(kit),
-        mode === "heal" && this.rim.element,
-        mode !== "heal" && el("div", { class: "headed" }, mode === "extend" ? quarter : el("span"), el("span", {}, undoButtons(this.past))),
-        mode === "extend" && this.#sides(),
-        mode === "tile" && this.#axes(),
-        seedField(settings[mode]),
-        methodPicker(settings[mode], choicesOf(mode, "method")),
-      ),
-    );
+    const fields = el("div", { class: "fields" }, choice.element, el("p", { class: "quiet" }, SAYS[mode]));
+    if (mode === "heal") fields.append(toolbar(kit), this.rim.element);
+    else fields.append(el("div", { class: "headed" }, mode === "extend" ? quarter : el("span"), el("span", {}, undoButtons(this.past))));
+    if (mode !== "heal") fields.append(mode === "extend" ? this.#sides() : this.#axes());
+    fields.append(seedField(settings[mode]), methodPicker(settings[mode], choicesOf(mode, "method")));
+    fill(this.panel, this.buttons, fields);
     this.#told();
   }
 
   #sides() {
-    const names = /** @type {Side[]} */ (["left", "right", "top", "bottom"]);
+    const names = /** @type {import("../stage/margins.js").Side[]} */ (["left", "right", "top", "bottom"]);
     const rows = names.map((side) => {
       const id = `margin-${side}`;
       const input = el("input", {
@@ -206,6 +195,7 @@ export class MendRoom extends Living {
     if (!exemplar || refused(this.panel)) return;
     const { mode } = task;
     /** @type {Record<string, any>} */ const options = { ...settings[mode].options };
+    if (options.seed && mode !== "extend" && !options.method) options.tolerance = ANOTHER;
     await tried(async () => {
       const hole = this.#hole();
       if (mode === "heal") {

@@ -2,17 +2,19 @@
 
 import { numbers, picture, Refused, viewOf } from "../core/api.js";
 import { button, el, fill, Living } from "../core/dom.js";
+import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
 import { Brush, Kit } from "../paint/brush.js";
-import { FLAT, Labels } from "../paint/labels.js";
-import { imageOf, keep, restore } from "../paint/marks.js";
+import { COLOURS, FLAT, Labels } from "../paint/labels.js";
+import { keep, restore } from "../paint/marks.js";
 import { LABELS, nameOf, palette } from "../paint/palette.js";
 import { send } from "../paint/send.js";
 import { textures } from "../paint/textures.js";
 import { toolbar, toolKeys } from "../paint/tools.js";
 import { beside } from "../parts/beside.js";
+import { pick } from "../parts/bring.js";
 import { segments } from "../parts/choice.js";
 import { field, refused } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
@@ -30,6 +32,8 @@ const kit = new Kit();
 const painting = new Settings("paint", kit.past);
 const MOST = 8192; // px a side of what is painted
 const MOMENT = 60; // ms without a change, so that a number that is typed, or undo again and again, is one
+/** Labels that another picture is all of: number -> id of the example. */
+const others = () => Object.entries(/** @type {Record<string, string>} */ (kept.of(store.exemplar?.id).others ?? {})).filter(([, id]) => store.exemplars.some((e) => e.id === id));
 let live = true; // whether the result is shown while it is painted
 let patience = 60; // how often a first look that is not there yet is asked for again: on a new computer it takes two minutes
 
@@ -39,6 +43,7 @@ export class PaintRoom extends Living {
   right = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Painting" });
   palette = palette(kit);
+  another = el("select", { class: "field", "aria-label": "Add a picture", onchange: () => this.#add(this.another.value) });
   told = el("span", { class: "corner low left", role: "status" });
   #asked = new AbortController();
 
@@ -59,6 +64,7 @@ export class PaintRoom extends Living {
     new Brush(this.right, kit, () => this.#labels()?.target ?? null);
     toolKeys(kit, signal, LABELS);
     store.on(["exemplar"], () => void this.#show(), signal);
+    store.on(["exemplar", "exemplars"], () => this.#offer(), signal);
     painting.addEventListener("change", () => [this.#size(), void this.#draft()], { signal });
     kit.history.addEventListener("change", () => this.#keep(), { signal });
     kit.addEventListener("change", () => [this.left.draw(), this.right.draw()], { signal });
@@ -90,8 +96,8 @@ export class PaintRoom extends Living {
       this.left.show(seen, `Labels of ${exemplar.name}`, [width, height], viewOf(exemplar));
       this.#size();
       this.#see();
-      this.#dip();
-      if (imageOf(id, "source") || imageOf(id, "target")) void this.#draft();
+      void this.#dip();
+      void this.#draft();
     });
   }
 
@@ -100,20 +106,46 @@ export class PaintRoom extends Living {
     const labels = this.#labels();
     if (!store.exemplar || !labels || !kit.history.last) return;
     const name = kit.history.last === labels.source ? "source" : "target";
-    if (name === "source") this.#dip();
+    if (name === "source") void this.#dip();
     void keep(store.exemplar.id, name, labels[name]);
     void this.#draft();
   }
 
   /** Let labels look as what is marked with them. */
-  #dip() {
-    const labels = this.#labels();
-    if (!labels || !(this.left.picture instanceof ImageBitmap)) return;
-    const found = labels.source.values.length > 1 ? textures(labels.source, this.left.picture) : []; // else nothing is marked yet
+  async #dip() {
+    const [labels, { picture: seen }, more] = [this.#labels(), this.left, others()];
+    if (!labels || !(seen instanceof ImageBitmap)) return;
+    const found = labels.source.values.length > 1 || more.length ? textures(labels.source, seen) : []; // else nothing is marked yet
+    for (const [n, id] of more) {
+      const all = await store.picture(viewOf(exemplarBy(id)));
+      found[Number(n)] = textures(new Labels(all.width, all.height), all)[0];
+    }
+    if (labels !== this.#labels()) return;
     labels.target.inks = FLAT.map((flat, n) => found[n] ?? flat);
     labels.target.paint();
     this.palette.dip(labels.target.inks);
     this.right.draw();
+  }
+
+  /** Offer the pictures that are open, and a way to open more. */
+  #offer() {
+    const free = store.exemplars.filter((e) => e.id !== store.exemplar?.id && !others().some(([, id]) => id === e.id));
+    const choices = free.map((e) => el("option", { value: e.id }, e.name));
+    fill(this.another, el("option", { value: "" }, "Add a picture …"), choices, el("option", { value: "open" }, "Open one first …"));
+  }
+
+  /** Take all of another picture as one more label.
+   * @param {string} id of its example, or the wish to open one */
+  #add(id) {
+    const [labels, exemplar] = [this.#labels(), store.exemplar?.id];
+    this.another.value = "";
+    if (!labels || id === "open") return pick();
+    const taken = [0, ...labels.source.values, ...others().map(([n]) => Number(n))];
+    const n = COLOURS.slice(0, LABELS).findIndex((_, each) => !taken.includes(each));
+    if (n < 0) return complain(`All ${LABELS} labels are taken.`);
+    const put = (/** @type {string | undefined} */ now) => [kept.set({ others: { ...kept.of(exemplar).others, [n]: now } }, exemplar), this.#offer(), void this.#dip()];
+    kit.history.add({ labels: null, back: () => put(undefined), again: () => put(id) }, true);
+    kit.set({ value: n });
   }
 
   /** Show the result where there is one, and over it what was painted since; or the labels. */
@@ -135,11 +167,12 @@ export class PaintRoom extends Living {
     const tell = (/** @type {string} */ line) => signal.aborted || (this.told.textContent = line);
     await new Promise((after) => setTimeout(after, MOMENT));
     const lacking = labels && live ? this.#lacking(labels) : "";
-    tell(lacking || (live ? "Making a first look …" : ""));
-    if (signal.aborted || !live || !exemplar || !labels || lacking) return;
+    const unmarked = labels && labels.source.values.length < 2 && !others().length;
+    tell(lacking || (unmarked ? "Mark what is what on the left, or press Propose; then paint here." : live ? "Making a first look …" : ""));
+    if (signal.aborted || !live || !exemplar || !labels || lacking || unmarked) return;
     const known = labels.target.data.slice();
     try {
-      const asked = { verb: "paint", exemplars: [exemplar.id], options: await this.#options(labels) };
+      const asked = { verb: "paint", exemplars: [exemplar.id, ...others().map(([, each]) => each)], options: await this.#options(labels) };
       for (const [path, line] of /** @type {const} */ ([["/api/drafts", "A first look"], ["/api/drafts?fine", "A closer look"]])) {
         const seen = await picture(path, signal, asked);
         if (signal.aborted) return;
@@ -183,8 +216,8 @@ export class PaintRoom extends Living {
       el(
         "div",
         { class: "fields" },
-        el("p", { class: "quiet" }, "Mark what is what in the example, or let Propose do it; then paint with it where you want it."),
-        el("div", { class: "group" }, this.palette.element, this.#proposing()),
+        el("p", { class: "quiet" }, "Mark what is what in the example, let Propose do it, or add a picture; then paint with it where you want it."),
+        el("div", { class: "group" }, this.palette.element, this.another, this.#proposing()),
         toolbar(kit),
         sizeField(painting),
         el("div", { class: "row" }, el("span", {}, "Tiles"), wrapChoice(painting).element),
@@ -217,7 +250,7 @@ export class PaintRoom extends Living {
   /** Why nothing can be grown, if so.
    * @param {{source: Labels, target: Labels}} labels */
   #lacking({ source, target }) {
-    const marked = source.values;
+    const marked = [...source.values, ...others().map(([n]) => Number(n))];
     const wanted = target.values.filter((label) => !marked.includes(label)).map(nameOf)[0];
     return wanted ? `${wanted} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.` : "";
   }
@@ -225,7 +258,13 @@ export class PaintRoom extends Living {
   /** What is asked for, once both label pictures are there.
    * @param {{source: Labels, target: Labels}} labels */
   async #options({ source, target }) {
-    const [marked, wanted] = await Promise.all([send(source), send(target)]);
+    const wholes = others().map(([n, id]) => {
+      const { width, height } = exemplarBy(id);
+      const whole = new Labels(width, height);
+      whole.data.fill(Number(n));
+      return whole;
+    });
+    const [wanted, ...marked] = await Promise.all([target, source, ...wholes].map((each) => send(each)));
     const { size, ...options } = painting.options;
     return { ...options, labels: marked, target: wanted };
   }
@@ -238,9 +277,12 @@ export class PaintRoom extends Living {
     if (Math.max(wide, high) > MOST) return complain(`Size: ${wide}x${high} cannot be painted; give at most ${MOST} px a side.`);
     if (this.#lacking(labels)) return complain(this.#lacking(labels));
     this.#asked.abort();
-    await tried(async () => store.look((await store.start("paint", [exemplar.id], await this.#options(labels))).id));
+    await tried(async () => store.look((await store.start("paint", [exemplar.id, ...others().map(([, id]) => id)], await this.#options(labels))).id));
   }
 }
+
+/** @param {string} id of an example that is open */
+const exemplarBy = (id) => /** @type {import("../core/types.js").Exemplar} */ (store.exemplars.find((e) => e.id === id));
 
 /** @param {string} name @param {Stage} stage @param {HTMLElement} [look] how it is looked at */
 function half(name, stage, look) {
