@@ -17,7 +17,7 @@ N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo studio test test-slow test-long mutants lint format fuzz bench docs pictures tables clean clean-all
+.PHONY: help demo studio test test-slow test-long check-plugins mutants lint format fuzz bench docs pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow sample:stones, sample:tiles and the material sample:setts to 1024x1024 into demo/"
@@ -25,6 +25,7 @@ help:
 	@echo "make test      check style and types, then run the tests"
 	@echo "make test-slow run the slow tests that make test leaves out (SHARE=3: a third of them, drawn by the commit)"
 	@echo "make test-long run all that make test leaves out: the slow tests, and more cases of others"
+	@echo "make check-plugins  try each plug-in inside its program, as far as this machine can have it (ONLY='gimp krita': some)"
 	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows; SHARE=10: a tenth)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
@@ -87,6 +88,10 @@ test-slow: lint
 test-long: lint
 	@$(INTARSIA) warm-up --quiet
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m 'slow or long'
+
+check-plugins: $(VENV)/.installed-dev
+	$(call check,-dev)
+	@$(BIN)/python tests/programs/check.py $(ONLY)
 
 mutants: lint
 	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES) $(if $(SHARE),--share $(SHARE)) $(if $(SEED),--seed $(SEED))

@@ -191,7 +191,7 @@ BUDGET = {
     "lattice": 12_417,
     "materials": 2_744,
     "methods": 3_815,
-    "plugins": 834,
+    "plugins": 837,
     "patches": 12_429,
     "published": 28_217,
     "regular": 32_780,

@@ -102,7 +102,8 @@ class TestInstalling:
 
     @pytest.mark.parametrize(("words", "why"), [
         ("comfyui", "name its custom_nodes with --to"), ("gimp", "start it once"),
-        ("gimp --to none", "none is no folder"), ("comfyui --to . --remove", "nothing to remove"), ("photoshop", "is not one of"),
+        ("gimp --to none", "none is no folder"), ("comfyui --to . --remove", "nothing to remove"),
+        ("photoshop", "is not one of"),
     ])  # fmt: skip
     def test_refusals_are_one_line(self, words: str, why: str) -> None:
         said = run(f"install-plugin {words}", code=2).stderr.strip()
