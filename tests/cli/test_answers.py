@@ -143,9 +143,10 @@ def test_the_command_that_is_told_makes_the_picture_without_auto(name: str, more
 @pytest.mark.parametrize("name", LINES)
 def test_progress_and_quiet(name: str) -> None:
     lines = run(f"{LINES[name]} --progress json -q -o out.tif").stderr.splitlines()
-    facts = [json.loads(line) for line in lines]
-    assert all(set(f) == {"stage", "done", "total", "fraction"} for f in facts)
+    *facts, last = [json.loads(line) for line in lines]
+    assert all(set(f) == {"stage", "done", "total", "fraction", "remaining"} for f in facts)
     assert facts[-1]["fraction"] == 1.0
+    assert set(last) == {"result"}
     again = run(f"{LINES[name]} -q -o quiet.tif")
     assert again.stdout + again.stderr == ""
 

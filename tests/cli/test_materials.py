@@ -219,8 +219,9 @@ class TestFailing:
 
     def test_progress_never_goes_back_and_ends_with_all(self) -> None:
         self.spoil()
-        lines = run(*GROW, "--progress", "json", "-q", code=3).stderr.splitlines()
-        steps = [json.loads(line) for line in lines if line.startswith("{")]
+        lines = list(map(json.loads, run(*GROW, "--progress", "json", "-q", code=3).stderr.splitlines()))
+        assert lines[-1] == {"error": lines[-1]["error"], "kind": "materials", "exit_code": 3}
+        steps = [line for line in lines if "stage" in line]
         fractions = [s["fraction"] for s in steps]
         assert fractions == sorted(fractions)
         assert fractions[-1] == 1

@@ -106,7 +106,8 @@ def test_a_picture_that_is_stopped_leaves_nothing(out: str, name: str, here: Pat
     assert sorted(os.listdir(here)) == before
     if name == "SIGINT":
         assert begun.returncode == 130
-        assert told.splitlines()[-1] == "intarsia: stopped; nothing was written, and the same command begins anew."
+        said = {"error": "stopped; nothing was written, and the same command begins anew.", "kind": "stopped"}
+        assert json.loads(told.splitlines()[-1]) == said | {"exit_code": 130}
 
 
 @pytest.mark.parametrize("out", ["o.png", "o.tif"])
@@ -150,7 +151,7 @@ def test_a_dry_run_tells_size_memory_and_time_and_writes_nothing(here: Path) -> 
 
 def test_progress_is_told_as_json(here: Path) -> None:
     done = run("wall.png", "-o", "o.png", "--size", "1100", "--progress", "json", *LAID)
-    lines = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+    lines = [line for line in map(json.loads, done.stderr.splitlines()) if "stage" in line]
     assert [line["done"] for line in lines if line["stage"] == "weave"][-1] == 4
     assert lines[-1]["fraction"] == 1.0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +166,26 @@ def test_a_slope_of_light_is_taken_out_of_a_lone_photograph() -> None:
     lit = (photograph() * np.linspace(0.4, 1, 80)[None, :, None]).astype(np.uint8)
     made = ia.proposed(ia.Exemplar.of(lit))
     assert np.array_equal(made.base.pixels, ia.flattened(ia.Exemplar.of(lit)).base.pixels)
+
+
+def test_even_light_stays_as_it_is() -> None:
+    """What a surface fits to it by chance is texture."""
+    even = photograph()
+    assert np.array_equal(ia.proposed(ia.Exemplar.of(even)).base.pixels, even)
+
+
+def test_proposed_maps_are_drawn_but_not_compared(tmp_path: Path) -> None:
+    """They tell nothing that the photograph does not: the same pieces are taken with and without them."""
+    made = ia.proposed(ia.Exemplar.of(photograph()))
+    assert made.compared == ("albedo",)
+    assert replace(made, weights={"height": 1.0}).compared == ("albedo", "height")
+    grown, alone = (ia.synthesize(e, 96, "image-quilting", seed=3) for e in (made, ia.Exemplar.of(photograph())))
+    assert np.array_equal(grown.map.yx, alone.map.yx)
+    assert grown.recipe["exemplars"][0]["weights"] == {"height": 0.0, "normal": 0.0, "roughness": 0.0}
+    for name, plane in made.planes.items():
+        ia.write(tmp_path / f"x_{name}{'_proposed' * (name != 'albedo')}.png", plane)
+    (found,) = group([tmp_path])
+    assert read_set(found).compared == ("albedo",)
 
 
 def test_the_command_writes_a_set_that_is_read_as_one_material(tmp_path: Path) -> None:

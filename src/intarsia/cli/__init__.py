@@ -284,10 +284,10 @@ class Report:
         for line in lines:
             if line not in self.warnings:
                 self.warnings.append(line)
-                if callers.reads_lines():
-                    callers.say(one_line(line), "warning")
-                else:
+                if not callers.reads_lines():
                     self.note(f"intarsia: warning: {line}")
+                elif not self.quiet:
+                    callers.say(one_line(line), "warning")
 
     def result(self, result: dict[str, Any]) -> None:
         """Print the result, if JSON is wanted; tell it to a caller that reads lines."""

@@ -41,10 +41,15 @@ def reads_lines() -> bool:
 
 
 def call(names: Iterable[tuple[str, str]]) -> None:
-    """Use these names, (file, name), in all lines; a file is known by its path, its name and its stem."""
+    """Use these names, (file, name), in all lines; a file is known by its path, its name, and a stem with a digit.
+
+    A stem without one, such as ``hole``, may be a word of the line.
+    """
     _Caller.names = {}
     for path, name in names:
-        _Caller.names |= {form: name for form in (path, basename(path), splitext(basename(path))[0]) if form}
+        stem = splitext(basename(path))[0]
+        stems = [stem, re.sub(r"\W+", "_", stem)] if re.search(r"\d", stem) else []
+        _Caller.names |= {form: name for form in (path, basename(path), *stems) if form}
 
 
 def named(line: str) -> str:

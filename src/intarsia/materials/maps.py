@@ -17,7 +17,7 @@ from numbers import Real
 import numpy as np
 
 from ..analysis.features import LUMINANCE
-from ..analysis.illumination import flattened
+from ..analysis.illumination import flattened, illumination_of
 from ..disk import check_fits
 from ..foundation import STRENGTHS, InputError, ParameterError, called, expect, ndimage
 from ..foundation.arrays import Array, Floats
@@ -25,6 +25,7 @@ from ..model import Exemplar
 from ..model.image import EIGHT, Kind, Plane, Transfer, converted
 from ..rendering import code_shares
 from ..rendering.blending import NormalCoding
+from ..search import elements
 
 DEPTH = 1 / 32  # of the shorter side: by eye, on 46 photographs of 64 to 512 px, lit from the side
 RELIEF = ((0.25, 0.0), (0.25, 1 / 512), (0.5, 1 / 256), (-1.0, 1 / 16))
@@ -43,7 +44,7 @@ MEMORY = 200  # bytes a px at most: six arrays of floats, twice as high and wide
 def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
     """Return a material with the maps that it lacks proposed from those that it has.
 
-    Of a photograph the light is flattened; its height is the sum of six bands of its brightness, of octaves from 1/256
+    Of a photograph a strong slope of light is taken out; its height is the sum of six bands of its brightness, of octaves from 1/256
     to 1/8 of the shorter side: what is dark lies deep, unless what is light is a net that runs through, such as light
     joints between dark bricks. Its normals follow from the height; it is rough where it is dark and where its fine
     contrast is high. Of a height the normals are made, of normals the height, and nothing else.
@@ -77,7 +78,8 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
     elif exemplar.base.kind is not Kind.COLOUR or {"normal", "roughness"} <= has.keys():
         raise InputError(f"{exemplar.name} lacks no map, or the picture to propose it from; give a photograph.")
     else:
-        exemplar = flattened(exemplar) if len(has) == 1 and not wrap else exemplar
+        lone = len(has) == 1 and not wrap
+        exemplar = flattened(exemplar) if lone and _has_a_slope_of_light(exemplar) else exemplar
         light, whole = _doubled(_brightness(exemplar.base), wrap), np.s_[: exemplar.height, : exemplar.width]
         if "normal" not in has:
             relief, deep = _filtered(light, RELIEF)[whole] * 65535, "dark"
@@ -93,6 +95,11 @@ def proposed(exemplar: Exemplar, *, strength: float = 1.0) -> Exemplar:
         for name in new.keys() - {"height"}:
             new[name] = new[name].like(converted(new[name].samples, "data", False, EIGHT))
     return replace(exemplar, planes={**exemplar.planes, **new})
+
+
+def _has_a_slope_of_light(exemplar: Exemplar) -> bool:
+    """Return whether light is uneven beyond chance: what is divided out otherwise is some of the texture."""
+    return illumination_of(exemplar, float(elements(exemplar).size)).strong
 
 
 def normal_of(height: Plane, *, strength: float = 1.0, wrap: bool = False) -> Plane:

@@ -54,8 +54,9 @@ class Exemplar(Shaped):
     name : str
         A short name, for messages and maps, default "exemplar".
     weights : dict of str to float
-        Weights of planes in matching, 0 to 100; default 1 each. A plane of weight 0 is rendered, but not compared. The
-        name of a packed map stands for all planes in it.
+        Weights of planes in matching, 0 to 100; default 1 each, but 0 for maps that were proposed from the others,
+        which tell nothing that those do not. A plane of weight 0 is rendered, but not compared. The name of a packed
+        map stands for all planes in it.
 
     Raises
     ------
@@ -252,7 +253,8 @@ class Exemplar(Shaped):
     def _check_weights(self) -> None:
         """Normalise the weights to single planes, without those that are the default."""
         expect(self.weights, Mapping, "weights", "a number for each name of a plane")
-        packs, weights = self.packs, dict[str, float]()
+        guesses = [name for name in self.drawn[1:] if "proposed" in self.planes[name].meta]
+        packs, weights = self.packs, dict.fromkeys(guesses, 0.0)
         for name, weight in self.weights.items():
             own = packs.get(name, (name,))
             if name not in packs and name not in self.drawn:
@@ -263,7 +265,7 @@ class Exemplar(Shaped):
                 raise ParameterError(f"weight {name}={called(weight)} is not allowed; give 0 to {PLANE_WEIGHTS}.")
             weights |= dict.fromkeys(own, float(weight))
         for name in [n for n in weights if PACKED not in self.planes[n].meta or n in SCALARS]:
-            if weights[name] == 1:
+            if weights[name] == 1 and name not in guesses:
                 del weights[name]
         object.__setattr__(self, "weights", weights)
         if not any(self.weight(name) for name in self.compared):
