@@ -21,14 +21,13 @@ import tempfile
 import threading
 import time
 
-from gi.repository import Gegl, Gimp, Gio, GObject
+from gi.repository import Gegl, Gimp, Gio
 
 COMMAND = shlex.split(os.environ.get("INTARSIA", "intarsia"))
 WIDTH, HEIGHT = 160, 112
 failed = []
 folder = tempfile.mkdtemp(prefix="intarsia-check-")
 os.chdir(folder)
-os.environ["TMPDIR"] = folder
 
 
 def check(what, good):
@@ -195,25 +194,26 @@ def kinds():
     check("profile: what does not change is the same bytes", kept[middle : middle + 30] == noise[middle : middle + 30])
 
     floats = struct.pack(f"{96 * 64 * 3}f", *[4 * random.random() for _ in range(96 * 64 * 3)])
-    for precision, exact in ((Gimp.Precision.FLOAT_LINEAR, True), (Gimp.Precision.HALF_LINEAR, True)):
+    for precision in (Gimp.Precision.FLOAT_LINEAR, Gimp.Precision.HALF_LINEAR):
         image, layer = painted(precision, Gimp.ImageType.RGB_IMAGE, "RGB float", floats)
         before = pixels(image, "RGB float")
         call("tile", image, crop=False, seed=1)
         after = pixels(image, "RGB float")
-        middle = 12 * (32 * 96 + 40)
-        check(f"{precision.value_nick}: the middle is the same bits", before[middle : middle + 120] == after[middle : middle + 120])
+        middle = slice(12 * (32 * 96 + 40), 12 * (32 * 96 + 50))
+        check(f"{precision.value_nick}: the middle is the same bits", before[middle] == after[middle])
         new = call("grow", image, width=80, height=80, wrap="none", method="image-quilting", seed=1)
         seen, made = pixels(new, "RGB float"), {after[i : i + 12] for i in range(0, len(after), 12)}
         exact = sum(seen[i : i + 12] in made for i in range(0, len(seen), 12))
         check(f"{precision.value_nick}: grown pixels are the same bits", exact > 6000)
         check(f"{precision.value_nick}: depth stays", new.get_precision() == precision)
 
-    four = struct.pack(f"{96 * 64 * 4}f", *[random.random() if i % 4 < 3 else 0.25 + 0.7 * random.random() for i in range(96 * 64 * 4)])
+    four = [random.random() if i % 4 < 3 else 0.25 + 0.7 * random.random() for i in range(96 * 64 * 4)]
+    four = struct.pack(f"{len(four)}f", *four)
     image, layer = painted(Gimp.Precision.FLOAT_LINEAR, Gimp.ImageType.RGBA_IMAGE, "RGBA float", four)
     before = pixels(image, "RGBA float")
     call("tile", image, crop=False, seed=1)
-    after, middle = pixels(image, "RGBA float"), 16 * (32 * 96 + 40)
-    check("float with alpha: the middle is the same bits", before[middle : middle + 160] == after[middle : middle + 160])
+    after, middle = pixels(image, "RGBA float"), slice(16 * (32 * 96 + 40), 16 * (32 * 96 + 50))
+    check("float with alpha: the middle is the same bits", before[middle] == after[middle])
     check("float with alpha: changed", before != after)
 
     wide = struct.pack("<6144H", *[random.randrange(65536) for _ in range(6144)])
@@ -252,12 +252,13 @@ def materials():
     names = ("normal", "roughness", "height")
     image.get_layers()[0].set_name("setts_albedo.png")
     for name in names:
-        layer = Gimp.file_load_layer(Gimp.RunMode.NONINTERACTIVE, image, Gio.File.new_for_path(f"set_albedo_{name}.png"))
+        file = Gio.File.new_for_path(f"set_albedo_{name}.png")
+        layer = Gimp.file_load_layer(Gimp.RunMode.NONINTERACTIVE, image, file)
         layer.set_name(f"setts {name} copy")
         image.insert_layer(layer, None, 1)
     layers = list(image.get_layers())
     files = [f"given_{layer.get_name().split()[1]}.png" if n else "given.png" for n, layer in enumerate(layers)]
-    for path, layer in zip(files, layers):
+    for path, layer in zip(files, layers, strict=True):
         one = Gimp.Image.new(144, 128, Gimp.ImageBaseType.RGB)
         one.insert_layer(Gimp.Layer.new_from_drawable(layer, one), None, 0)
         Gimp.file_save(Gimp.RunMode.NONINTERACTIVE, one, Gio.File.new_for_path(path), None)
@@ -304,50 +305,51 @@ def refusals():
     told("indexed", call("tile", image), "Indexed")
 
 
-def running(word):
+def running():
+    """Return the processes: number, number of the parent, words."""
     found = []
-    for path in glob.glob("/proc/[0-9]*/cmdline"):
+    for path in glob.glob("/proc/[0-9]*"):
         try:
-            with open(path, "rb") as file:
-                parts = file.read().split(b"\0")
+            with open(f"{path}/cmdline", "rb") as file, open(f"{path}/stat") as stat:
+                words = file.read().decode("utf-8", "replace").split("\0")
+                found.append((int(path[6:]), int(stat.read().rpartition(")")[2].split()[1]), words))
         except OSError:
             continue
-        if word in parts or any(part.endswith(word) for part in parts):
-            found.append((int(path.split("/")[2]), parts))
     return found
+
+
+def growing():
+    return [pid for pid, _, words in running() if "grow" in words and "9000x9000" in words]
 
 
 def cancel():
     """GIMP cancels by SIGKILL; the folder is removed by the next call."""
-    tempdir = tempfile.gettempdir()
-    seen = {}
+    mark = os.path.join(tempfile.gettempdir(), "intarsia-plugin-*")
+    others, seen = set(glob.glob(mark)), {}
 
     def kill():
-        for _ in range(400):
+        while not growing() and time.time() < started + 60:
             time.sleep(0.05)
-            grown = [pid for pid, parts in running(b"grow") if b"9000x9000" in parts]
-            if grown:
-                break
-        seen["child"] = grown
         time.sleep(0.5)
-        for pid, parts in running(b"intarsia-textures.py"):
-            os.kill(pid, signal.SIGKILL)
-            seen["killed"] = time.time()
+        seen["child"] = growing()
+        for pid, parent, words in running():
+            if parent == os.getppid() and any(word.endswith("intarsia-textures.py") for word in words):
+                os.kill(pid, signal.SIGKILL)
+        seen["killed"] = time.time()
 
     image = load("given8.png")
-    before = pixels(image, "R'G'B' u8")
+    before, started = pixels(image, "R'G'B' u8"), time.time()
     thread = threading.Thread(target=kill, daemon=True)
     thread.start()
     line = call("grow", image, width=9000, height=9000, wrap="none", seed=1)
     thread.join()
-    time.sleep(max(0, seen.get("killed", 0) + 1 - time.time()))
-    check(f"cancelled: {line}", line is not True and not isinstance(line, Gimp.Image) and seen["child"])
-    left = [pid for pid, parts in running(b"grow") if b"9000x9000" in parts]
-    check("cancelled: no process is left after a second", not left)
+    time.sleep(max(0, seen["killed"] + 1 - time.time()))
+    check(f"cancelled: {line}", isinstance(line, str) and seen["child"])
+    check("cancelled: no process is left after a second", not growing())
     check("cancelled: nothing is changed", pixels(image, "R'G'B' u8") == before)
+    left = set(glob.glob(mark)) - others
     call("grow", image, width=64, height=64, wrap="none", seed=1)
-    left = glob.glob(os.path.join(tempdir, "intarsia-plugin-*"))
-    check(f"cancelled: the next call leaves no folder {left}", not left)
+    check("cancelled: the next call removes the folder", not [path for path in left if os.path.exists(path)])
 
 
 for part in (depths, healing, kinds, materials, refusals, cancel):

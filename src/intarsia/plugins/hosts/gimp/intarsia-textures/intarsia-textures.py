@@ -18,7 +18,7 @@ import calling  # noqa: E402 - GIMP's modules want their versions first
 import finding  # noqa: E402
 import pictures  # noqa: E402
 import procedures  # noqa: E402
-from gi.repository import Gimp, GimpUi, GLib, GObject  # noqa: E402
+from gi.repository import Gimp, GimpUi, GLib, GObject, Gtk  # noqa: E402
 from pictures import Refused  # noqa: E402
 from procedures import PROCEDURES  # noqa: E402
 
@@ -90,6 +90,7 @@ def asked(procedure, config, wanted):
         values.append(GObject.Value(str, value))
         window.set_sensitive_if_in(name, None, by, values, True)
     window.fill([f"section-{n}" for n in range(len(wanted.sections))])
+    window.get_widget_for_response(Gtk.ResponseType.HELP).hide()  # GIMP's manual knows nothing of this
     accepted = window.run()
     window.destroy()
     return accepted

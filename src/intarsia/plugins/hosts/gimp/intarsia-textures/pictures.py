@@ -10,7 +10,6 @@ import re
 import struct
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 from gi.repository import Gegl, Gimp, Gio
 
@@ -205,8 +204,7 @@ def _linear(read):
     )
     image = Gimp.Image.new_with_precision(width, height, read.get_base_type(), Gimp.Precision.FLOAT_LINEAR)
     image.undo_disable()
-    types = Gimp.ImageType
-    sort = (types.GRAYA_IMAGE if alpha else types.GRAY_IMAGE) if gray else types.RGBA_IMAGE if alpha else types.RGB_IMAGE
+    sort = getattr(Gimp.ImageType, f"{'GRAY' if gray else 'RGB'}{'A' * alpha}_IMAGE")
     new = Gimp.Layer.new(image, layer.get_name(), width, height, sort, 100, Gimp.LayerMode.NORMAL)
     image.insert_layer(new, None, 0)
     new.get_buffer().set(area, form, bits)

@@ -264,24 +264,29 @@ METHOD = OneOf(
         "graphcut": "Free shapes", "near-regular": "Bricks and tiles",
     },
 )  # fmt: skip
+DIRECTIONS = {"both": "In both directions", "x": "Left to right", "y": "Top to bottom"}
 WRAP = OneOf(
     "wrap", "_Tileable", "Where it continues in itself, so that copies can be laid side by side.",
-    {"both": "In both directions", "x": "Left to right", "y": "Top to bottom", "none": "No"},
+    DIRECTIONS | {"none": "No"},
 )  # fmt: skip
-UNWRAPPED = OneOf("wrap", WRAP.label, WRAP.tip, {"none": "No", **WRAP.values})
+UNWRAPPED = OneOf("wrap", WRAP.label, WRAP.tip, {"none": "No"} | DIRECTIONS)
 ENLARGE = Whole(
-    "enlarge", "E_nlarge by", "px by which it is grown first, so that soft edges and shadows go, too.", 0, 200, 2
+    "enlarge", "E_nlarge by (px)", "It is grown so much first, so that soft edges and shadows go, too.", 0, 200, 2
 )
 REACH = Whole(
-    "reach", "_Within", "How many px around it pixels may come from. 0: from the whole layer, slow in photographs.",
+    "reach", "_Within (px)", "How far around it pixels may come from. 0: from the whole layer, slow in photographs.",
     0, 10_000, 300,
 )  # fmt: skip
 ENHANCE, RENDER, MAP = (f"<Image>/Filters/{menu}" for menu in ("Enhance", "Render", "Map"))
 EDIT = "<Image>/Edit"
 
 
-def _side(name):
-    return Whole(name, f"_{name.capitalize()}", "px to add on this side", 0, 65_536, 100)
+def _side(label):
+    name = label.replace("_", "").lower()
+    return Whole(name, f"{label} (px)", "What is added on this side", 0, 65_536, 100)
+
+
+SIDES = [_side(label) for label in ("Le_ft", "Ri_ght", "_Top", "_Bottom")]
 
 
 PROCEDURES = {
@@ -299,7 +304,7 @@ PROCEDURES = {
                             "above-below": "Above and below it", "other": "Another layer",
                         },
                     ),
-                    Source("source", "_Other layer", "The layer, of any open image, that pixels are taken from."),
+                    Source("source", "Other la_yer", "The layer, of any open image, that pixels are taken from."),
                     REACH,
                 ],
             ),
@@ -314,7 +319,7 @@ PROCEDURES = {
     ),
     "plug-in-intarsia-uncrop": Wanted(
         "_Uncrop...", ENHANCE, "Continues the layer beyond its borders.",
-        [("What is added", [_side(side) for side in ("left", "right", "top", "bottom")]), ("Variant", [SEED])],
+        [("What is added", SIDES), ("Variant", [SEED])],
         extend,
     ),
     "plug-in-intarsia-grow": Wanted(
@@ -323,8 +328,8 @@ PROCEDURES = {
             (
                 "The new image",
                 [
-                    Whole("width", "_Width", "px of the new image", 1, 65_536, 1024),
-                    Whole("height", "_Height", "px of the new image", 1, 65_536, 1024),
+                    Whole("width", "_Width (px)", "Width of the new image", 1, 65_536, 1024),
+                    Whole("height", "Hei_ght (px)", "Height of the new image", 1, 65_536, 1024),
                     WRAP,
                 ],
             ),
@@ -338,13 +343,10 @@ PROCEDURES = {
             (
                 "What changes",
                 [
-                    OneOf(
-                        "axes", "_Directions", "Where it is to continue in itself.",
-                        {key: text for key, text in WRAP.values.items() if key != "none"},
-                    ),
-                    Whole("band", "_Band", "px along the borders that are made anew. 0: automatic.", 0, 4096, 0),
+                    OneOf("axes", "_Directions", "Where it is to continue in itself.", DIRECTIONS),
+                    Whole("band", "_Band (px)", "How much is made anew along the borders. 0: automatic.", 0, 4096, 0),
                     YesNo(
-                        "crop", "_Crop to whole rows", "Where rows or a grid repeat, keep as many as fit, so that "
+                        "crop", "Crop to _whole rows", "Where rows or a grid repeat, keep as many as fit, so that "
                         "they close. Only with nothing selected, and a layer as large as the image.", True,
                     ),
                 ],
@@ -358,7 +360,7 @@ PROCEDURES = {
         [
             (
                 "What it is made of",
-                [Source("source", "_Texture", "The layer, of any open image, that the texture is grown from.")],
+                [Source("source", "Te_xture", "The layer, of any open image, that the texture is grown from.")],
             ),
             ("Look", [METHOD, UNWRAPPED, SEED]),
         ],
