@@ -155,9 +155,12 @@ class Call:
         return f"Growing {100 * self.fraction:.0f} %{left}"
 
     def result(self) -> dict[str, Any]:
-        """Return what the ended run has made; Trouble with its one line if it failed, Stopped if it was stopped."""
+        """Return what the ended run has made, its warnings with the names that the person knows.
+
+        Trouble with its one line if it failed, Stopped if it was stopped.
+        """
         if self._process.returncode == 0 and self._result is not None:
-            return self._result
+            return {**self._result, "warnings": self.warnings}
         if self._process.returncode == STOPPED:
             raise Stopped
         told = self._error or {"error": f"intarsia ended with exit code {self._process.returncode}."}
