@@ -123,6 +123,8 @@ def install(name: str, to: str | None = None) -> list[Path]:
             shutil.rmtree(fresh, ignore_errors=True)
             shutil.copytree(source / host.name, fresh, ignore=shutil.ignore_patterns("__pycache__"))
             shutil.copy(HOSTS / CALLING, fresh / CALLING)
+            if (script := fresh / f"{host.name}.py").is_file():
+                script.chmod(0o755)  # GIMP starts it; not every installer of packages keeps that bit
             told = {"version": VERSION, "contract": CONTRACT, "command": own_command()}
             (fresh / TOLD).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
             for other in host.beside:
