@@ -119,6 +119,14 @@ def depths():
         check(f"tile, {bits} bit: as the command", pixels(image, form) == made_of("out.png", form) != before)
 
         image = load(given)
+        image.get_layers()[0].set_name("Wall")
+        call("tile", image, seed=1)
+        width, height = cli("tile", given, "-o", "out.png", "--seed", 1)["size"]
+        check(f"tile, {bits} bit: cropped as by the command", pixels(image, form) == made_of("out.png", form))
+        fits = (image.get_width(), image.get_height()) == (width, height) != (WIDTH, HEIGHT)
+        check("tile: the canvas is cropped, too", fits)
+
+        image = load(given)
         image.select_rectangle(Gimp.ChannelOps.REPLACE, 60, 40, 30, 20)
         write_mask(selection(image, (0, 0, WIDTH, HEIGHT)), (WIDTH, HEIGHT), "hole.png")
         call("heal", image, enlarge=0, reach=0, seed=2)
@@ -216,6 +224,15 @@ def kinds():
     check("float with alpha: the middle is the same bits", before[middle] == after[middle])
     check("float with alpha: changed", before != after)
 
+    for name in ("u8-linear", "u8-perceptual", "u16-perceptual", "u32-linear", "u32-non-linear", "half-non-linear",
+                 "float-non-linear", "double-linear"):  # fmt: skip
+        precision = getattr(Gimp.Precision, name.upper().replace("-", "_"))
+        image, layer = painted(precision, Gimp.ImageType.RGB_IMAGE, "R'G'B' u8", noise)
+        before = pixels(image, "R'G'B' u16")
+        done = call("tile", image, crop=False, seed=1)
+        after, middle = pixels(image, "R'G'B' u16"), slice(6 * (32 * 96 + 40), 6 * (32 * 96 + 50))
+        check(f"{name}: {done}, the middle is the same", before[middle] == after[middle] and before != after)
+
     wide = struct.pack("<6144H", *[random.randrange(65536) for _ in range(6144)])
     for precision in (Gimp.Precision.U16_LINEAR, Gimp.Precision.U16_NON_LINEAR):
         form = "Y u16" if precision == Gimp.Precision.U16_LINEAR else "Y' u16"
@@ -270,6 +287,11 @@ def materials():
         what = next((n for n in names if n in layer.get_name()), "albedo")
         same = pixels(new, "R'G'B' u8", order[layer.get_name()]) == made_of(made[what], "R'G'B' u8")
         check(f"material: {what} as the command", same)
+    alone = call("grow", image, [layers[1]], width=96, height=96, wrap="none", seed=4)
+    name = files[1].replace("given", "alone")
+    os.rename(files[1], name)
+    cli("grow", name, "-o", "alone.png", "--size", "96x96", "--seed", 4)
+    check("material: a map alone as the command", pixels(alone, "R'G'B' u8") == made_of("alone.png", "R'G'B' u8"))
     image.select_rectangle(Gimp.ChannelOps.REPLACE, 60, 40, 30, 20)
     before = [pixels(image, "R'G'B' u8", n) for n in range(4)]
     check("material: healed", call("heal", image, layers) is True)

@@ -47,7 +47,7 @@ def ask(line):
     box = window.get_content_area()
     box.set_spacing(12)
     box.set_border_width(12)
-    told = Gtk.Label(label=f"{line}\n\nInstall runs: {what}", wrap=True, max_width_chars=60, xalign=0)
+    told = Gtk.Label(label=f"{line}\n\nWith Install: {what}", wrap=True, max_width_chars=60, xalign=0)
     path = Gtk.FileChooserButton(title="The program intarsia")
     path.connect("file-set", lambda *_: window.set_response_sensitive(USE, True))
     row = Gtk.Box(spacing=6)

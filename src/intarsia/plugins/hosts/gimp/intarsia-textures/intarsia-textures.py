@@ -27,26 +27,27 @@ class Task:
     """One call: the image, the layers, the values of the dialog, the program, and a folder for its files."""
 
     def __init__(self, image, layers, config, program, folder):
-        self.image, self.layers, self.program, self.folder = image, layers, program, Path(folder)
+        self.image, self.maps, self.program, self.folder = image, pictures.maps_of(layers), program, Path(folder)
         self.value = config.get_property
         self.names = {}
 
     def file(self, name, called):
-        """Return the path of a file, and have messages call it so."""
+        """Return the path of a file, and have messages call it so; a stem with a digit is no word of theirs."""
         path = str(self.folder / name)
         self.names[path] = called
         return path
 
-    def given(self, maps, box):
-        """Write the maps; return their files, the picture first."""
+    def given(self, box):
+        """Write a part of the maps; return their files, the picture first."""
         files = []
-        for _, ending, layer in maps:
-            files.append(self.file(f"layer_{ending}.tif" if len(maps) > 1 else "layer.tif", layer.get_name()))
+        for what, ending, layer in self.maps:
+            name = "layer1.tif" if what == "albedo" else f"layer1_{ending}.tif"
+            files.append(self.file(name, layer.get_name()))
             pictures.save(layer, box, files[-1])
         return files
 
     def run(self, *words):
-        """Run the program; return its files by what they hold, and the size of what it made."""
+        """Run the program; return its files by map, and the size of what it made."""
         shown = [0.0, ""]
 
         def tell(fraction, line):
@@ -55,13 +56,16 @@ class Task:
                 Gimp.progress_set_text(line)
                 Gimp.progress_update(fraction)
 
-        most = max(1 << 26, *(layer.get_width() * layer.get_height() for layer in self.layers))
+        most = max(1 << 26, *(layer.get_width() * layer.get_height() for _, _, layer in self.maps))
         more = ["--max-pixels", most] if most > 1 << 26 else []
-        out = self.file("made.tif", "the result")
+        out = self.file("made1.tif", "the result")
         told = calling.run(self.program, [*words, "-o", out, "--seed", self.value("seed"), *more], self.names, tell)
         for line in told["warnings"]:
             Gimp.message(line.split("; --")[0])
-        return {file["holds"]: file["path"] for file in told["files"]}, tuple(told["size"])
+        made = {file["holds"]: file["path"] for file in told["files"]}
+        if len(made) == 1:  # whatever the program takes it for
+            made = {self.maps[0][0]: told["files"][0]["path"]}
+        return made, tuple(told["size"])
 
 
 def layers_of(image, drawables):
@@ -119,6 +123,9 @@ def carry_out(procedure, mode, image, drawables, config, data):
         return done(Gimp.PDBStatusType.CANCEL)
     except (Refused, calling.Trouble) as trouble:
         return done(Gimp.PDBStatusType.EXECUTION_ERROR, str(trouble))
+    except (OSError, GLib.Error) as e:
+        reason = e.message if isinstance(e, GLib.Error) else e.strerror
+        return done(Gimp.PDBStatusType.EXECUTION_ERROR, f"The files for intarsia cannot be written or read: {reason}.")
     values = done(Gimp.PDBStatusType.SUCCESS)
     if made is not None:
         values.remove(1)

@@ -61,7 +61,7 @@ def maps_of(layers):
     """Return the layers as maps of one material, the picture first: (map, ending, layer)."""
     found = [(*map_of(layer.get_name()), layer) for layer in layers]
     if len(found) == 1:
-        return [("albedo", "albedo", layers[0])]
+        return found
     known = {}
     for what, _, layer in found:
         if what in known:

@@ -98,7 +98,7 @@ def check_selection(image, layers):
 
 def heal(task):
     """Fill the selection from what is around it."""
-    image, maps, by = task.image, pictures.maps_of(task.layers), task.value("enlarge")
+    image, maps, by = task.image, task.maps, task.value("enlarge")
     layer, take = maps[0][2], task.value("take")
     with pictures.grown(image, by) as copy:
         bounds = common(bounds_of(copy), place_of(layer))
@@ -106,13 +106,13 @@ def heal(task):
         bits = pictures.selected(copy, box)
     if 0 not in bits:
         raise Refused("The selection covers all; select less, or choose Edit > Fill Selection from Layer.")
-    given, hole = task.given(maps, box), task.file("hole.tif", "selection")
+    given, hole = task.given(box), task.file("hole1.tif", "selection")
     pictures.save_mask(bits, box[2:], hole)
     words = ["heal", *given, "--mask", hole, "--grow", 0]
     if take == "other":
-        words += ["--from", source_of(task, maps)]
+        words += ["--from", source_of(task)]
     elif take != "around":
-        usable = task.file("usable.tif", "what may be taken")
+        usable = task.file("usable1.tif", "what may be taken")
         pictures.save_mask(beside(bounds, box, take), box[2:], usable)
         words += ["--usable", usable]
     made, _ = task.run(*words)
@@ -136,14 +136,14 @@ def beside(bounds, box, take):
     return (bytes(first) + b"\xff" * (end - first) + bytes(width - end)) * height
 
 
-def source_of(task, maps):
+def source_of(task):
     """Write the other layer in the type of this image; return its file."""
     source = task.value("source")
     if source is None:
         raise Refused("Choose the layer that pixels are taken from.")
-    if len(maps) > 1:
+    if len(task.maps) > 1:
         raise Refused("Maps of a material take pixels from themselves; select one layer.")
-    path = task.file("source.tif", source.get_name())
+    path = task.file("source1.tif", source.get_name())
     pictures.save(source, place_of(source), path, task.image)
     return path
 
@@ -162,23 +162,23 @@ def check_transparent(image, layers):
 
 def heal_transparent(task):
     """Fill what is transparent."""
-    image, maps = task.image, pictures.maps_of(task.layers)
+    image, maps = task.image, task.maps
     layer = maps[0][2]
     box = around(met(image, layer), task.value("reach") if bounds_of(image) else 0, place_of(layer))
-    made, _ = task.run("heal", *task.given(maps, box), "--mask", "alpha", "--grow", task.value("enlarge"))
+    made, _ = task.run("heal", *task.given(box), "--mask", "alpha", "--grow", task.value("enlarge"))
     with pictures.one_step(image):
         put_all(made, maps, box)
 
 
 def extend(task):
     """Continue layers beyond their borders; the canvas grows where they reach beyond it."""
-    image, maps = task.image, pictures.maps_of(task.layers)
+    image, maps = task.image, task.maps
     left, right, top, bottom = sides = [task.value(side) for side in ("left", "right", "top", "bottom")]
     if not any(sides):
         raise Refused("Give the width of at least one side.")
     x, y, width, height = place_of(maps[0][2])
     options = ["--left", left, "--right", right, "--top", top, "--bottom", bottom]
-    made, (wide, high) = task.run("extend", *task.given(maps, (x, y, width, height)), *options, *alpha_of(maps))
+    made, (wide, high) = task.run("extend", *task.given((x, y, width, height)), *options, *alpha_of(maps))
     new_x, new_y = min(0, x - left), min(0, y - top)
     right_end, bottom_end = max(image.get_width(), x - left + wide), max(image.get_height(), y - top + high)
     with pictures.one_step(image):
@@ -197,11 +197,11 @@ def alpha_of(maps):
 
 def tile(task):
     """Make layers tileable, or the rectangle around the selection."""
-    image, maps = task.image, pictures.maps_of(task.layers)
+    image, maps = task.image, task.maps
     box = met(image, maps[0][2])
     whole = (0, 0, image.get_width(), image.get_height())
     crops = task.value("crop") and bounds_of(image) is None and box == whole
-    words = ["tile", *task.given(maps, box), "--axes", task.value("axes"), *alpha_of(maps)]
+    words = ["tile", *task.given(box), "--axes", task.value("axes"), *alpha_of(maps)]
     if not crops:
         words += ["--size", f"{box[2]}x{box[3]}"]
     if task.value("band"):
@@ -215,12 +215,12 @@ def tile(task):
 
 def grow(task):
     """Grow a new image from the selection, or from the layer."""
-    image, maps = task.image, pictures.maps_of(task.layers)
+    image, maps = task.image, task.maps
     box = met(image, maps[0][2])
-    words = ["grow", *task.given(maps, box), "--wrap", task.value("wrap"), "--method", task.value("method")]
+    words = ["grow", *task.given(box), "--wrap", task.value("wrap"), "--method", task.value("method")]
     words += ["--size", f"{task.value('width')}x{task.value('height')}"]
     if bounds_of(image) and 0 in (bits := pictures.selected(image, box)):
-        usable = task.file("usable.tif", "selection")
+        usable = task.file("usable1.tif", "selection")
         pictures.save_mask(bits, box[2:], usable)
         words += ["--mask", usable]
     made, _ = task.run(*words)
@@ -248,9 +248,9 @@ def check_single(image, layers):
 
 def fill(task):
     """Fill the selection, or the layer, with a texture grown from another layer."""
-    image, maps = task.image, pictures.maps_of(task.layers)
+    image, maps = task.image, task.maps
     box = met(image, maps[0][2])
-    words = ["grow", source_of(task, maps), "--size", f"{box[2]}x{box[3]}", "--wrap", task.value("wrap")]
+    words = ["grow", source_of(task), "--size", f"{box[2]}x{box[3]}", "--wrap", task.value("wrap")]
     made, _ = task.run(*words, "--method", task.value("method"))
     with pictures.one_step(image):
         put_all(made, maps, box)
