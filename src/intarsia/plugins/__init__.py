@@ -61,7 +61,7 @@ KNOWN = {
             "~/Library/Application Support/GIMP/3.*", "$APPDATA/GIMP/3.*",
         ),
         "plug-ins",
-        "start GIMP again; the plug-in is in Filters > Enhance, Render and Map",
+        "start GIMP again; the plug-in is in Filters > Enhance, Render and Map, and in Edit",
     ),
     "krita": Host(
         "Krita 5", "intarsia_textures",
