@@ -8,55 +8,41 @@ import pictures
 from gi.repository import Gimp, GObject
 from pictures import Refused, bounds_of, common, place_of
 
-READ_WRITE = GObject.ParamFlags.READWRITE
-
 
 @dataclass(frozen=True)
-class Whole:
+class Field:
+    """A field of a dialog, and an argument of GIMP of this kind; `more` are its range and default."""
+
     name: str
     label: str
     tip: str
-    low: int
-    high: int
-    default: int
+    kind: str = "int"
+    more: tuple = ()
+    values: dict = field(default_factory=dict)
 
     def add_to(self, made):
-        made.add_int_argument(self.name, self.label, self.tip, self.low, self.high, self.default, READ_WRITE)
+        more = self.more
+        if self.values:
+            choice, default = Gimp.Choice.new(), next(iter(self.values))
+            for n, (value, text) in enumerate(self.values.items()):
+                choice.add(value, n, text, "")
+            more = (choice, default)
+        add = getattr(made, f"add_{self.kind}_argument")
+        add(self.name, self.label, self.tip, *more, GObject.ParamFlags.READWRITE)
 
 
-@dataclass(frozen=True)
-class OneOf:
-    name: str
-    label: str
-    tip: str
-    values: dict
-
-    def add_to(self, made):
-        choice = Gimp.Choice.new()
-        for n, (value, text) in enumerate(self.values.items()):
-            choice.add(value, n, text, "")
-        made.add_choice_argument(self.name, self.label, self.tip, choice, next(iter(self.values)), READ_WRITE)
+def whole(name, label, tip, low, high, default):
+    return Field(name, label, tip, more=(low, high, default))
 
 
-@dataclass(frozen=True)
-class YesNo:
-    name: str
-    label: str
-    tip: str
-    default: bool
-
-    def add_to(self, made):
-        made.add_boolean_argument(self.name, self.label, self.tip, self.default, READ_WRITE)
+def one_of(name, label, tip, values):
+    """Return a field with these values and their texts; the first is the default."""
+    return Field(name, label, tip, "choice", values=values)
 
 
-@dataclass(frozen=True)
-class Source:
-    name: str
-    label: str
-    tip: str
-
-    def add_to(self, made):
-        made.add_layer_argument(self.name, self.label, self.tip, True, READ_WRITE)
+def other_layer(label, tip):
+    may_be_none = True
+    return Field("source", label, tip, "layer", (may_be_none,))
 
 
 @dataclass(frozen=True)
@@ -256,8 +242,8 @@ def fill(task):
         put_all(made, maps, box)
 
 
-SEED = Whole("seed", "S_eed", "Another number gives another picture, the same number the same one.", 0, 2**31 - 1, 0)
-METHOD = OneOf(
+SEED = whole("seed", "S_eed", "Another number gives another picture, the same number the same one.", 0, 2**31 - 1, 0)
+METHOD = one_of(
     "method", "_Method", "How it is put together. Automatic measures the picture, and chooses.",
     {
         "auto": "Automatic", "image-quilting": "Square pieces", "patch-sampling": "Soft squares",
@@ -265,15 +251,15 @@ METHOD = OneOf(
     },
 )  # fmt: skip
 DIRECTIONS = {"both": "In both directions", "x": "Left to right", "y": "Top to bottom"}
-WRAP = OneOf(
+WRAP = one_of(
     "wrap", "_Tileable", "Where it continues in itself, so that copies can be laid side by side.",
     DIRECTIONS | {"none": "No"},
 )  # fmt: skip
-UNWRAPPED = OneOf("wrap", WRAP.label, WRAP.tip, {"none": "No"} | DIRECTIONS)
-ENLARGE = Whole(
+UNWRAPPED = one_of("wrap", WRAP.label, WRAP.tip, {"none": "No"} | DIRECTIONS)
+ENLARGE = whole(
     "enlarge", "E_nlarge by (px)", "It is grown so much first, so that soft edges and shadows go, too.", 0, 200, 2
 )
-REACH = Whole(
+REACH = whole(
     "reach", "_Within (px)", "How far around it pixels may come from. 0: from the whole layer, slow in photographs.",
     0, 10_000, 300,
 )  # fmt: skip
@@ -283,7 +269,7 @@ EDIT = "<Image>/Edit"
 
 def _side(label):
     name = label.replace("_", "").lower()
-    return Whole(name, f"{label} (px)", "What is added on this side", 0, 65_536, 100)
+    return whole(name, f"{label} (px)", "What is added on this side", 0, 65_536, 100)
 
 
 SIDES = [_side(label) for label in ("Le_ft", "Ri_ght", "_Top", "_Bottom")]
@@ -297,14 +283,14 @@ PROCEDURES = {
             (
                 "Where pixels come from",
                 [
-                    OneOf(
+                    one_of(
                         "take", "_Take pixels from", "Where what is filled in may come from.",
                         {
                             "around": "All around", "sides": "Left and right of it",
                             "above-below": "Above and below it", "other": "Another layer",
                         },
                     ),
-                    Source("source", "Other la_yer", "The layer, of any open image, that pixels are taken from."),
+                    other_layer("Other la_yer", "The layer, of any open image, that pixels are taken from."),
                     REACH,
                 ],
             ),
@@ -328,8 +314,8 @@ PROCEDURES = {
             (
                 "The new image",
                 [
-                    Whole("width", "_Width (px)", "Width of the new image", 1, 65_536, 1024),
-                    Whole("height", "Hei_ght (px)", "Height of the new image", 1, 65_536, 1024),
+                    whole("width", "_Width (px)", "Width of the new image", 1, 65_536, 1024),
+                    whole("height", "Hei_ght (px)", "Height of the new image", 1, 65_536, 1024),
                     WRAP,
                 ],
             ),
@@ -343,11 +329,12 @@ PROCEDURES = {
             (
                 "What changes",
                 [
-                    OneOf("axes", "_Directions", "Where it is to continue in itself.", DIRECTIONS),
-                    Whole("band", "_Band (px)", "How much is made anew along the borders. 0: automatic.", 0, 4096, 0),
-                    YesNo(
+                    one_of("axes", "_Directions", "Where it is to continue in itself.", DIRECTIONS),
+                    whole("band", "_Band (px)", "How much is made anew along the borders. 0: automatic.", 0, 4096, 0),
+                    Field(
                         "crop", "Crop to _whole rows", "Where rows or a grid repeat, keep as many as fit, so that "
-                        "they close. Only with nothing selected, and a layer as large as the image.", True,
+                        "they close. Only with nothing selected, and a layer as large as the image.",
+                        "boolean", (True,),
                     ),
                 ],
             ),
@@ -360,7 +347,7 @@ PROCEDURES = {
         [
             (
                 "What it is made of",
-                [Source("source", "Te_xture", "The layer, of any open image, that the texture is grown from.")],
+                [other_layer("Te_xture", "The layer, of any open image, that the texture is grown from.")],
             ),
             ("Look", [METHOD, UNWRAPPED, SEED]),
         ],
