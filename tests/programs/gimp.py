@@ -4,8 +4,8 @@
         -b "exec(open('tests/programs/gimp.py').read())" --quit
 
 INTARSIA is the command to compare with; words are split at blanks. The plug-in must be in GIMP's folder of plug-ins
-(``intarsia install-plugin gimp``, or ``--to`` with GIMP3_DIRECTORY/plug-ins for a GIMP3_DIRECTORY of its own). Needs no
-display. Prints ``OK what`` or ``FAIL what``; an exception at the end makes GIMP's exit code differ from 0.
+(``intarsia install-plugin gimp``, or ``--to`` with GIMP3_DIRECTORY/plug-ins for a GIMP3_DIRECTORY of its own), and find
+the same program: by the command in its installed.json, else as ``intarsia`` on PATH. Needs no display. Prints ``OK what`` or ``FAIL what``; an exception at the end makes GIMP's exit code differ from 0.
 """
 
 import glob
