@@ -5,7 +5,8 @@
 
 INTARSIA is the command to compare with; words are split at blanks. The plug-in must be in GIMP's folder of plug-ins
 (``intarsia install-plugin gimp``, or ``--to`` with GIMP3_DIRECTORY/plug-ins for a GIMP3_DIRECTORY of its own), and find
-the same program: by the command in its installed.json, else as ``intarsia`` on PATH. Needs no display. Prints ``OK what`` or ``FAIL what``; an exception at the end makes GIMP's exit code differ from 0.
+the same program: by the command in its installed.json, else as ``intarsia`` on PATH. Needs no display. Prints
+``OK what`` or ``FAIL what``. GIMP's exit code is 64 if something failed: it knows no other.
 """
 
 import glob
