@@ -194,15 +194,15 @@ def test_every_page_is_reached_from_the_index() -> None:
 
 def test_pictures_are_small_and_all_are_used() -> None:
     pictures = {path.stem: path for path in (ROOT / "docs" / "images").iterdir() if path.is_file()}
-    of_programs = {path.stem: path for path in (ROOT / "docs" / "images" / "plug-ins").iterdir()}  # made by hand
+    windows = {path.stem: path for path in (ROOT / "docs" / "images" / "plug-ins").iterdir()}  # of other programs
     of_studio = re.findall(r'keep\(page, "([\w-]+)"\)', text_of(ROOT / "docs" / "make_studio_pictures.py"))
     made = {"architecture", *load(ROOT / "docs" / "make_pictures.py").PICTURES, *of_studio}
     assert set(pictures) == made
     used = {Path(link).stem for p in DOCUMENTS for link in re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text_of(p))}
-    assert used == made | set(of_programs)
+    assert used == made | set(windows)
     for name, path in pictures.items():
         assert path.stat().st_size < 400_000, name
-    for name, path in of_programs.items():
+    for name, path in windows.items():
         assert path.stat().st_size < 60_000, name
 
 

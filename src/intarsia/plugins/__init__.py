@@ -61,7 +61,7 @@ KNOWN = {
             "~/Library/Application Support/GIMP/3.*", "$APPDATA/GIMP/3.*",
         ),
         "plug-ins",
-        "start GIMP again; the plug-in is in Filters > Enhance, Render and Map",
+        "start GIMP again; the plug-in is in Filters > Enhance, Render and Map, and in Edit",
     ),
     "krita": Host(
         "Krita 5", "intarsia_textures",
@@ -124,6 +124,8 @@ def install(name: str, to: str | None = None) -> list[Path]:
             shutil.rmtree(fresh, ignore_errors=True)
             shutil.copytree(source / host.name, fresh, ignore=shutil.ignore_patterns("__pycache__"))
             shutil.copy(HOSTS / CALLING, fresh / CALLING)
+            if (script := fresh / f"{host.name}.py").is_file():
+                script.chmod(0o755)  # GIMP starts it; not every installer of packages keeps that bit
             told = {"version": VERSION, "contract": CONTRACT, "command": own_command()}
             (fresh / TOLD).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
             for other in host.beside:

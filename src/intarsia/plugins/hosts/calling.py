@@ -20,11 +20,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 CONTRACT = 1
 TOLD = Path(__file__).with_name("installed.json")
 STOPPED = 130  # exit code of a run that was asked to stop
 PATIENCE = 0.8  # s for a run to end by itself
 LOOK = 0.05  # s between two looks at a run
+MADE = 1  # s, until a new folder surely is locked
 DAY = 86_400  # s
 HIDDEN: dict[str, Any] = {"creationflags": 0x08000000} if os.name == "nt" else {}  # no console window
 FOREIGN = ("PYTHONHOME", "PYTHONPATH", "PYTHONSTARTUP", "LD_LIBRARY_PATH", "LD_PRELOAD", "QT_PLUGIN_PATH")
@@ -151,9 +157,12 @@ class Call:
         return f"Growing {100 * self.fraction:.0f} %{left}"
 
     def result(self) -> dict[str, Any]:
-        """Return what the ended run has made; Trouble with its one line if it failed, Stopped if it was stopped."""
+        """Return what the ended run has made, its warnings with the names that the person knows.
+
+        Trouble with its one line if it failed, Stopped if it was stopped.
+        """
         if self._process.returncode == 0 and self._result is not None:
-            return self._result
+            return {**self._result, "warnings": self.warnings}
         if self._process.returncode == STOPPED:
             raise Stopped
         told = self._error or {"error": f"intarsia ended with exit code {self._process.returncode}."}
@@ -190,16 +199,51 @@ def run(
 
 
 class Folder(tempfile.TemporaryDirectory[str]):
-    """A folder for the files of one call, removed at its end. Folders that a killed host left are removed, too."""
+    """A folder for the files of one call, removed at its end. Folders that a killed host left are removed, too.
+
+    It is locked while its host lives, where the system has such locks; elsewhere what is a day old is left over.
+    """
 
     MARK = "intarsia-plugin-"
 
     def __init__(self) -> None:
         for old in Path(tempfile.gettempdir()).glob(f"{self.MARK}*"):
             with suppress(OSError):
-                if time.time() - old.stat().st_mtime > DAY and not old.is_symlink():
+                if not old.is_symlink() and _left_over(old):
                     shutil.rmtree(old, ignore_errors=True)
         super().__init__(prefix=self.MARK)
+        self._held = _locked(self.name)
+
+    def cleanup(self) -> None:
+        """Remove the folder."""
+        super().cleanup()
+        if self._held is not None:
+            os.close(self._held)
+            self._held = None
+
+
+def _locked(folder: str | Path) -> int | None:
+    """Lock a folder as long as this process lives; None if another holds it, or the system has no such locks."""
+    if fcntl is None:
+        return None
+    held = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(held)
+        return None
+    return held
+
+
+def _left_over(folder: Path) -> bool:
+    """Return whether the host that made a folder has ended."""
+    age = time.time() - folder.stat().st_mtime
+    if fcntl is None or age < MADE:
+        return age > DAY
+    held = _locked(folder)
+    if held is not None:
+        os.close(held)
+    return held is not None
 
 
 def _own_folder() -> Path:
