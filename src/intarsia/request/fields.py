@@ -49,7 +49,7 @@ PICTURE_VERBS = frozenset({"extend", "heal", "tile"})
 PLANNED = PICTURE_VERBS | {"grow", "paint"}
 """Verbs that make one picture, or many, in memory."""
 
-EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score"}
+EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score", "tileset"}
 DRAWN = PLANNED | {"render", "replay"}
 SETS = frozenset({"maps", "export"})
 """Verbs that write sets of planes without growing them."""
@@ -155,6 +155,10 @@ class Options:
         one_of(*ENGINES), "--for", "The engine that reads it. It decides names, the green axis of normals, and what "
         "is packed.", "export", "required",
     )  # fmt: skip
+    tiles: str = option(
+        one_of("16", "81"), "--tiles", "How many. Their corners have two or three colours.", "tileset", "tells_default",
+        "16",
+    )  # fmt: skip
     strength: float = option(
         Number(low=-STRENGTHS, high=STRENGTHS), "--strength", "How steep the normals are. Below 0 what lay deep "
         "stands out.", "maps", "tells_default", 1.0,
@@ -173,11 +177,11 @@ class Options:
     )  # fmt: skip
 
     out: str | None = option(
-        WRITTEN, "-o --output", OUT, DRAWN | SETS | {"weave"}, "local", heading="Output", shown="OUT",
+        WRITTEN, "-o --output", OUT, DRAWN | SETS | {"weave", "tileset"}, "local", heading="Output", shown="OUT",
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "export": {"required": True, "help": "The folder to write into."},
+            **{verb: {"required": True, "help": "The folder to write into."} for verb in ("export", "tileset")},
             "maps": {
                 "required": True, "help": "A folder, or how names begin. What ends in / is a folder; {stem} is filled.",
             },
@@ -188,8 +192,10 @@ class Options:
     )  # fmt: skip
     size: tuple[int, int] | None = option(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
-        "grow tile weave", recipe="size",
+        "grow tile weave tileset", recipe="size",
         otherwise={
+            "tileset": "Of a tile in px; one number is a square. Default: about 256, or three elements if these are "
+                "larger; whole periods or courses.",
             "tile": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
                 "courses close.",
             "weave": {
@@ -265,7 +271,7 @@ class Options:
         "grow extend", "without_effect",
     )  # fmt: skip
     seed: int | None = option(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", METHOD_VERBS,
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", METHOD_VERBS | {"tileset"},
         recipe="seed",
     )  # fmt: skip
     document: str | None = option(
