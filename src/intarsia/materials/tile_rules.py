@@ -134,7 +134,7 @@ class TileRule:
         ]  # fmt: skip
         for n, own in enumerate(self.order.tolist()):
             tile = f"{n % self.side}:{n // self.side}/0"
-            lines += [f"{tile} = 0", f"{tile}/terrain_set = 0", f"{tile}/terrain = {sorted(own)[1]}"]
+            lines += [f"{tile} = 0", f"{tile}/terrain_set = 0", f"{tile}/terrain = {max(own, key=own.count)}"]
             lines += [f"{tile}/terrains_peering_bit/{s} = {c}" for s, c in zip(SIDES, own, strict=True)]
         lines += ["", "[resource]", f"tile_size = {size}", "terrain_set_0/mode = 1"]
         for c in range(self.colours):

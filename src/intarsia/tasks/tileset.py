@@ -163,7 +163,7 @@ def planned(exemplar: Exemplar, tiles: int, size: Pair | None, run: Run) -> Tile
     if min(exemplar.shape) < LEAST_SIDE:
         raise InputError(f"{described} is too small for tiles; give {LEAST_SIDE} px a side.")
     facts = Facts([exemplar], Canvas(*exemplar.shape), run)
-    found = size or usual_size(facts, unit)
+    found = size or usual_size(facts, colours, unit)
     asked, most = f"size={called(found[1])}x{called(found[0])}", LARGEST // colours**2
     for wrong, remedy in (
         (min(found) < LEAST_SIDE, f"give {LEAST_SIDE} px a side at least"),
@@ -175,8 +175,8 @@ def planned(exemplar: Exemplar, tiles: int, size: Pair | None, run: Run) -> Tile
             raise ParameterError(f"{asked} is not allowed for a tile: {remedy}.")
     lattice = facts.about or facts.lattice
     if lattice is not None and not closes(lattice, found, colours):
-        said = f"the lattice of {exemplar.name} does not close in tiles of {found[1]}x{found[0]} px"
-        run.notes.append(f"{said}, so it is left aside; without a size they are whole periods, if any suit.")
+        told = f"the lattice of {exemplar.name} does not close in tiles of {found[1]}x{found[0]} px"
+        run.notes.append(f"{told}, so it is left aside.")
         lattice = None
     rim = max(round(min(RIM * element_patch([exemplar]), MOST_RIM * min(*found, *exemplar.shape))), 1)
     kept = min(KEPT, rim // 2)
@@ -200,20 +200,22 @@ def closes(lattice: Lattice, size: Pair, colours: int) -> bool:
     return far <= allowed_misfit(lattice.vectors) and 2 * far * colours**2 < shortest
 
 
-def usual_size(facts: Facts, unit: int) -> Pair:
+def usual_size(facts: Facts, colours: int, unit: int) -> Pair:
     """Return the default size of a tile, (height, width), px: of whole periods or courses, if there are any."""
     exemplar, lattice, lines = facts.exemplar, facts.about or facts.lattice, facts.courses
     goal = max(min(USUAL, *exemplar.shape), min(ELEMENTS * element_patch([exemplar]), LARGEST // 9))
-    out = [max(goal // unit * unit, LEAST_SIDE)] * 2
+    goal = max(goal // unit * unit, LEAST_SIDE)
     among = range(math.ceil(NEAR[0] * goal / unit) * unit, int(NEAR[1] * goal), unit)
-    if lattice is not None and among:
-        for axis in (0, 1):
-            misses = {n: misfit(lattice.vectors, n, axis) for n in among}
-            sure = min(misses.values()) + SURE
-            out[axis] = min((n for n in among if misses[n] <= sure), key=lambda n: abs(n - goal))
-    elif lines is not None:
+    if lattice is not None:
+        misses = [{n: misfit(lattice.vectors, n, axis) for n in among} for axis in (0, 1)]
+        good = [[n for n, miss in each.items() if miss <= min(each.values()) + SURE] for each in misses]
+        height, width = (min(lengths, key=lambda n: abs(n - goal)) for lengths in good)
+        if closes(lattice, (height, width), colours):
+            return height, width
+    out = [goal, goal]
+    if lines is not None:
         ends = [0, *np.cumsum(lines.heights).tolist()]
-        sums = [(b - a) // unit * unit for a in ends for b in ends if NEAR[0] * goal <= b - a <= NEAR[1] * goal]
+        sums = [(b - a) // unit * unit for a in ends for b in ends if among.start <= b - a <= among.stop]
         out[lines.axis] = min(sums, key=lambda n: abs(n - goal), default=goal)
     return out[0], out[1]
 
