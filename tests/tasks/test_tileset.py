@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from intarsia import files
 from intarsia.foundation import InputError, MethodError, ParameterError
 from intarsia.foundation.geometry import Wrap
 from intarsia.lattice import lattices_of, misfit
-from intarsia.tasks.tileset import corners_of, planned
+from intarsia.tasks.tileset import closes, corners_of, planned
 from intarsia.testing.cases import as_depth, looked_up, texture
 
 ONE = ia.Run(1)
@@ -68,6 +69,18 @@ def test_all_tiles_of_an_edge_show_one_strip(tiles: int) -> None:
     for same in found.values():
         assert len(same) == colours**2
         assert all((one == same[0]).all() for one in same)
+
+
+@ALL
+def test_corners_of_a_colour_show_one_square_in_every_direction(tiles: int) -> None:
+    rule, places = made(tiles).rule, made(tiles).atlas.map.yx
+    plan = planned(made(tiles).atlas.exemplars[0], tiles, (rule.height, rule.width), ONE)
+    squares, reach, k = corners_of(plan, 3), range(-plan.strip, plan.strip), plan.kept
+    for (row, column), colour in np.ndenumerate(rule.corners):
+        for y, x in product(reach, repeat=2):
+            if -k <= y < k or -k <= x < k:
+                seen = places[(row * rule.height + y) % len(places), (column * rule.width + x) % places.shape[1]]
+                assert (seen == squares[colour][plan.corner + y, plan.corner + x]).all()
 
 
 def steps(places: Pixels) -> NDArray[np.bool_]:
@@ -187,6 +200,12 @@ class TestLattice:
             steps = np.linalg.solve(np.array(plan.lattice.vectors).T / 256, b - a)
             assert abs(steps - np.rint(steps)).max() * np.abs(plan.lattice.vectors).max() / 256 < 1
         assert (a != others[0]).any()
+
+    def test_it_closes_around_the_whole_atlas(self) -> None:
+        lattice = replace(planned(self.exemplar, 16, None, ONE).facts.lattices.ranked[0], vectors=((2560, 0), (0, 2560)))
+        assert closes(lattice, (101, 100), 2)  # 4 px in four tiles, of a period of 10 px
+        assert not closes(lattice, (101, 100), 3)
+        assert not closes(lattice, (100, 98), 2)
 
     def test_a_size_that_holds_no_whole_periods_is_told(self) -> None:
         run_ = ia.Run(1)
