@@ -51,8 +51,8 @@ PLANNED = PICTURE_VERBS | {"grow", "paint"}
 
 EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score", "tileset"}
 DRAWN = PLANNED | {"render", "replay"}
-SETS = frozenset({"maps", "export"})
-"""Verbs that write sets of planes without growing them."""
+SETS = frozenset({"maps", "export", "tileset"})
+"""Verbs that write several files into a folder."""
 
 READ = EVERY | SETS
 METHOD_VERBS = PLANNED | {"weave"}
@@ -177,7 +177,7 @@ class Options:
     )  # fmt: skip
 
     out: str | None = option(
-        WRITTEN, "-o --output", OUT, DRAWN | SETS | {"weave", "tileset"}, "local", heading="Output", shown="OUT",
+        WRITTEN, "-o --output", OUT, DRAWN | SETS | {"weave"}, "local", heading="Output", shown="OUT",
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},

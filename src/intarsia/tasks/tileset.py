@@ -45,7 +45,7 @@ from .tileable import unit_of
 COLOURS = {16: 2, 81: 3}
 """Number of tiles -> colours of corners."""
 
-LEAST_SIDE = 32  # px: least side of a tile and of the exemplar
+LEAST_SIDE = 16  # px: least side of a tile and of the exemplar; of a corner 10 px are left
 LARGEST = 16384  # px: largest side of an atlas; textures of usual graphics hardware have no more
 USUAL = 256  # px: default side of a tile, or that of the exemplar if less, or ELEMENTS elements if more
 ELEMENTS = 3
@@ -125,11 +125,11 @@ def tileset(
     Parameters
     ----------
     image : as for :func:`synthesize`
-        A picture, or planes of one surface, which all follow one map. At least 32 px a side.
+        A picture, or planes of one surface, which all follow one map. At least 16 px a side.
     tiles : {16, 81}
         How many: two or three colours of corners, default 16.
     size : int or (height, width), optional
-        Of a tile in px, 32 px to four times the exemplar. Default: about 256 px, or the exemplar if it is smaller, or
+        Of a tile in px, 16 to four times the exemplar. Default: about 256 px, or the exemplar if it is smaller, or
         three elements if they are larger; whole periods of a lattice, or whole courses.
     seed : int
         0 to 2**64 - 1, default 0; the same seed gives the same bytes.
