@@ -155,6 +155,12 @@ def tiled() -> np.ndarray:
     return rows(*(beside(*(np.roll(rgb(p), (105, 120), (0, 1)) for p in (part, ia.tile(part)))) for part in parts))
 
 
+def tileset() -> np.ndarray:
+    """Show an exemplar, the atlas of sixteen tiles, and a field of them."""
+    made = ia.tileset("sample:pebbles", 16, size=128, seed=2)
+    return beside(sample("pebbles", 192), made.render(), made.laid(made.rule.field(4, 5, seed=1)))
+
+
 # Patches and segments
 
 
@@ -411,6 +417,7 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
     "extended": extended,
     "healed": healed,
     "tiled": tiled,
+    "tileset": tileset,
     "segments": segments,
     "segment-based": lambda: pair("stones", 400, ia.SegmentBased()),
     "patch-sampling-joins": joins,

@@ -65,6 +65,9 @@ def test_a_field_is_what_the_json_says(colours: int, seed: int) -> None:
     assert (said["seed"], said["alike_px"]) == (4, 8)
     field = rule.field(9, 12, seed)
     assert field.tolist() == [[chosen(said, x, y, seed) for x in range(12)] for y in range(9)]
+    y0, x0 = -(2**31), 2**31 - 5
+    part = rule.field(3, 4, seed, (y0, x0))
+    assert part.tolist() == [[chosen(said, x0 + x, y0 + y, seed) for x in range(4)] for y in range(3)]
 
 
 @BOTH

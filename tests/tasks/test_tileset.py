@@ -212,14 +212,15 @@ class TestLattice:
         run_ = ia.Run(1)
         plan = planned(self.exemplar, 16, (150, 150), run_)
         assert plan.lattice is None
-        assert "does not close in tiles of 150x150 px" in run_.notes[0]
+        assert "no whole periods fill tiles of 150x150 px" in run_.notes[0]
 
 
 def test_corners_of_courses_are_on_one_course_and_tiles_hold_whole_ones() -> None:
     y = np.arange(200)
     line = 60 * ((y % 97 < 3) | (y % 97 > 37) & (y % 97 < 41))  # courses of 38 and 59 px
     wall = np.clip(160 + texture(200, 220, 1, 8).reshape(200, 220) // 8 - 2 * line[:, None], 0, 255).astype(np.uint8)
-    plan = planned(ia.Exemplar.of(wall), 16, None, ONE)
+    run_ = ia.Run(1)
+    plan = planned(ia.Exemplar.of(wall), 16, None, run_)
     lines = plan.facts.courses
     assert plan.lattice is None
     assert lines is not None
@@ -227,6 +228,9 @@ def test_corners_of_courses_are_on_one_course_and_tiles_hold_whole_ones() -> Non
     assert plan.size[0] in {b - a for a in ends for b in ends}
     first, second = (square[0, 0] for square in corners_of(plan, 1))
     assert first[0] == second[0]
+    assert not run_.notes  # its slanted lattice is left aside
+    planned(plan.facts.exemplar, 16, (plan.size[0] + 7, 100), run_)
+    assert "no whole courses fill tiles of 100x" in run_.notes[0]
     assert first[1] != second[1]
 
 
@@ -319,4 +323,4 @@ class TestCommand:
 
     def test_a_note_on_the_lattice_is_a_warning(self) -> None:
         answer = told("tileset sample:tiles -o out --size 150 --crop 0,0,192,192")
-        assert "does not close in tiles of 150x150 px" in answer["warnings"][0]
+        assert "no whole periods fill tiles of 150x150 px" in answer["warnings"][0]

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..foundation.arrays import Array
+from ..foundation.arrays import Array, Pair
 from ..version import VERSION
 
 FACTORS = 0x9E3779B1, 0x6A09E667, 0xBB67AE85
@@ -103,9 +103,12 @@ class TileRule:
         out[tuple(self.order.T)] = np.arange(len(self.order))
         return out
 
-    def field(self, rows: int, columns: int, seed: int = 0) -> Array:
-        """Return the numbers of the tiles of a field, (rows, columns); `seed`: 0 to 2**32 - 1."""
-        y, x = np.ogrid[: rows + 1, : columns + 1]
+    def field(self, rows: int, columns: int, seed: int = 0, first: Pair = (0, 0)) -> Array:
+        """Return the numbers of the tiles of a part of a field, (rows, columns).
+
+        `seed`: 0 to 2**32 - 1; `first`: row and column of the first, within 2**31 of the origin.
+        """
+        y, x = np.ogrid[first[0] : first[0] + rows + 1, first[1] : first[1] + columns + 1]
         c = colour_at(y, x, self.colours, seed)
         return np.asarray(self.tiles[c[:-1, :-1], c[:-1, 1:], c[1:, :-1], c[1:, 1:]])
 

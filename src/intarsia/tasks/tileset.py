@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..analysis import valid_windows, window_sums, without_patch
+from ..analysis.oriented_energy import CourseLines
 from ..analysis.saliency import saliency_map
 from ..choosing.facts import STEPPED, Facts
 from ..foundation import InputError, ParameterError, called, size_of
@@ -134,7 +135,7 @@ def tileset(
     seed : int
         0 to 2**64 - 1, default 0; the same seed gives the same bytes.
     run : Run, optional
-        Threads, progress, cancelling; gets a note if the given size holds no whole periods.
+        Threads, progress, cancelling; gets a note if tiles hold no whole periods or courses.
 
     Returns
     -------
@@ -173,11 +174,14 @@ def planned(exemplar: Exemplar, tiles: int, size: Pair | None, run: Run) -> Tile
     ):
         if wrong:
             raise ParameterError(f"{asked} is not allowed for a tile: {remedy}.")
-    lattice = facts.about or facts.lattice
+    lattice, lines, missed = facts.about or facts.lattice, facts.courses, ""
     if lattice is not None and not closes(lattice, found, colours):
-        told = f"the lattice of {exemplar.name} does not close in tiles of {found[1]}x{found[0]} px"
-        run.notes.append(f"{told}, so it is left aside.")
-        lattice = None
+        lattice, missed = None, "periods"
+    if lattice is None and lines is not None:
+        missed = "" if any(found[lines.axis] % n == 0 for n in heights_of(lines, unit)) else "courses"
+    if missed:
+        told = f"{exemplar.name}: no whole {missed} fill tiles of {found[1]}x{found[0]} px"
+        run.notes.append(f"{told}, so some elements are cut.")
     rim = max(round(min(RIM * element_patch([exemplar]), MOST_RIM * min(*found, *exemplar.shape))), 1)
     kept = min(KEPT, rim // 2)
     return TilePlan(facts, colours, lattice, found, kept + 2 * rim, kept + rim, rim, kept)
@@ -214,10 +218,15 @@ def usual_size(facts: Facts, colours: int, unit: int) -> Pair:
             return height, width
     out = [goal, goal]
     if lines is not None:
-        ends = [0, *np.cumsum(lines.heights).tolist()]
-        sums = [(b - a) // unit * unit for a in ends for b in ends if among.start <= b - a <= among.stop]
-        out[lines.axis] = min(sums, key=lambda n: abs(n - goal), default=goal)
+        fitting = [n for n in heights_of(lines, unit) if n in among]
+        out[lines.axis] = min(fitting, key=lambda n: abs(n - goal), default=goal)
     return out[0], out[1]
+
+
+def heights_of(lines: CourseLines, unit: int) -> list[int]:
+    """Return the heights, px, of all runs of neighbouring courses, rounded down to multiples of `unit`."""
+    ends = [0, *np.cumsum(lines.heights).tolist()]
+    return sorted({(b - a) // unit * unit for a in ends for b in ends if b > a})
 
 
 def corners_of(plan: TilePlan, seed: int) -> list[Int32]:

@@ -27,17 +27,18 @@ def tileset(request: Request, report: Report) -> None:
     from ...synthesis import recipe_exemplars
     from ...tasks.tileset import grown, planned
     from ..exemplars import stem_of
-    from ..outputs import check_all, plane_files, usual_ending, write_sets
+    from ..outputs import check_all, check_depths, plane_files, usual_ending, write_sets
 
     def made(exemplar: Any, found: Any) -> Any:
         run = Run(request.threads, cancel=CANCEL)
         plan = planned(exemplar, int(request.tiles), request.size and request.size[::-1], run)
-        longer, first = plan.colours**2 * max(plan.size) / max(exemplar.shape), next(iter(found.values()))
-        ending = usual_ending(first, exemplar.base, longer, None)
+        height, width = (plan.colours**2 * n for n in plan.size)
+        ending = usual_ending(next(iter(found.values())), exemplar.base, max(height, width) / max(exemplar.shape), None)
         stem = join(request.out or "", stem_of(found) + "_tiles")
         shown = {name: path for name, path in found.items() if exemplar.picture(name) is not None}
         pictures, field = plane_files(stem + ending, shown), f"{stem}_field{ending}"
         json, tres, glsl = (f"{stem}.{kind}" for kind in ("json", "tres", "glsl"))
+        check_depths(pictures, exemplar, (width, height), request)
         check_all([*pictures.values(), field, json, tres, glsl], request.force, set(), making=True)
         with report.watching(1) as meter:
             stage = meter.stage("tiles", 0.0, 1.0, (exemplar,))
