@@ -539,6 +539,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "patch-sampling": case_patch_sampling,
     "source-000": case_source_000,
     "healing": case_healing,
+    "tileset": case_tileset,
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,

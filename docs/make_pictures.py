@@ -156,9 +156,10 @@ def tiled() -> np.ndarray:
 
 
 def tileset() -> np.ndarray:
-    """Show an exemplar, the atlas of sixteen tiles, and a field of them."""
-    made = ia.tileset("sample:pebbles", 16, size=128, seed=2)
-    return beside(sample("pebbles", 192), made.render(), made.laid(made.rule.field(4, 5, seed=1)))
+    """Show an exemplar, the atlas of sixteen tiles, and a field of them, at half size."""
+    made = ia.tileset("sample:pebbles", seed=2)
+    whole = beside(sample("pebbles"), made.render(), made.laid(made.rule.field(4, 5, seed=1)), gap=2 * GAP)
+    return np.asarray(Image.fromarray(whole).reduce(2))
 
 
 # Patches and segments

@@ -212,7 +212,7 @@ class TestLattice:
         run_ = ia.Run(1)
         plan = planned(self.exemplar, 16, (150, 150), run_)
         assert plan.lattice is None
-        assert "no whole periods fill tiles of 150x150 px" in run_.notes[0]
+        assert "no whole courses fill tiles of 150x150 px" in run_.notes[0]  # its rows are lines, too
 
 
 def test_corners_of_courses_are_on_one_course_and_tiles_hold_whole_ones() -> None:
@@ -322,5 +322,5 @@ class TestCommand:
         assert sorted(p.name for p in Path().iterdir()) == ["stone_albedo.png", "stone_height.png"]
 
     def test_a_note_on_the_lattice_is_a_warning(self) -> None:
-        answer = told("tileset sample:tiles -o out --size 150 --crop 0,0,192,192")
-        assert "no whole periods fill tiles of 150x150 px" in answer["warnings"][0]
+        answer = told("tileset sample:tiles -o out --size 90 --crop 0,0,144,144")
+        assert "no whole periods fill tiles of 90x90 px" in answer["warnings"][0]
