@@ -218,8 +218,8 @@ def usual_size(facts: Facts, colours: int, unit: int) -> Pair:
             return height, width
     out = [goal, goal]
     if lines is not None:
-        fitting = [n for n in heights_of(lines, unit) if n in among]
-        out[lines.axis] = min(fitting, key=lambda n: abs(n - goal), default=goal)
+        whole = [[k * n for n in heights_of(lines, unit) if k * n in among] for k in range(1, TIMES + 1)]
+        out[lines.axis] = min(next(filter(None, whole), [goal]), key=lambda n: abs(n - goal))
     return out[0], out[1]
 
 
