@@ -291,7 +291,9 @@ class TestCommand:
         assert Path("out/stone_tiles.png").read_bytes() == before
 
     @pytest.mark.parametrize("taken", ["json", "tres", "glsl", "png"])
-    def test_files_that_exist_are_kept_without_force(self, taken: str) -> None:
+    def test_files_that_exist_are_kept_without_force(self, taken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        """And nothing is grown before that is seen."""
+        monkeypatch.setattr("intarsia.tasks.tileset.grown", None)
         Path("out").mkdir()
         Path(f"out/stone_albedo_tiles.{taken}").write_bytes(b"mine")
         error = run("tileset stone_albedo.png -o out --size 40", code=2).stderr
