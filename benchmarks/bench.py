@@ -394,6 +394,11 @@ def case_healing() -> list[Result]:
     return [timed("healing a hole of 128x128 px in 256x256 px", 3, work)]
 
 
+def case_tileset() -> list[Result]:
+    pebbles = pixels("pebbles")
+    return [timed("16 tiles of 128x128 px from 256x256", None, lambda: ia.tileset(pebbles, size=128, run=ONE))]
+
+
 def case_graphcut() -> list[Result]:
     """Large patches of free shape, the worst seams covered anew."""
     small = np.ascontiguousarray(pixels()[:192, :192])
@@ -534,6 +539,7 @@ CASES: dict[str, Callable[[], list[Result]]] = {
     "patch-sampling": case_patch_sampling,
     "source-000": case_source_000,
     "healing": case_healing,
+    "tileset": case_tileset,
     "pixels": case_pixels,
     "best-tile": case_best_tile,
     "near-regular": case_near_regular,

@@ -155,6 +155,13 @@ def tiled() -> np.ndarray:
     return rows(*(beside(*(np.roll(rgb(p), (105, 120), (0, 1)) for p in (part, ia.tile(part)))) for part in parts))
 
 
+def tileset() -> np.ndarray:
+    """Show an exemplar, the atlas of sixteen tiles, and a field of them, at half size."""
+    made = ia.tileset("sample:pebbles", seed=2)
+    whole = beside(sample("pebbles"), made.render(), made.laid(made.rule.field(4, 5, seed=1)), gap=2 * GAP)
+    return np.asarray(Image.fromarray(whole).reduce(2))
+
+
 # Patches and segments
 
 
@@ -411,6 +418,7 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
     "extended": extended,
     "healed": healed,
     "tiled": tiled,
+    "tileset": tileset,
     "segments": segments,
     "segment-based": lambda: pair("stones", 400, ia.SegmentBased()),
     "patch-sampling-joins": joins,

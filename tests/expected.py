@@ -20,6 +20,8 @@ from intarsia.model.image import Kind, Plane
 SIZE = (24, 20)  # of all sound pictures
 LEAST_TILED = 16  # px a side; of less nothing is left beside the band
 
+LONGEST_NAME = 255 - len("_tiles_field")  # bytes, of files whose names are continued
+
 AS_USAGE = {"recipe patch=700", "recipe start", "recipe guide", "recipe extend far"}
 """Recipes that are sound, but not for this line: refused like options."""
 
@@ -78,6 +80,9 @@ def _as_colours(role: Role, plane: Plane, path: str) -> int:
         return 2 if channels > 4 else 0
     if role.command == "maps":
         return 2 if role.how == "second" else 0  # both would be called out_albedo.png
+    if role.command == "tileset" and role.field == "files":  # in its own format, or one that holds it
+        too_long = role.how == "path" and len(os.path.basename(path)) > LONGEST_NAME
+        return 3 if min(size) < LEAST_TILED or too_long else 2 if channels > 4 else 0
     if role.command == "score":
         base = files.read(path).base
         return 0 if base.kind is Kind.COLOUR and base.channels == 3 else 3

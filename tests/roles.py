@@ -69,7 +69,8 @@ ALSO = {"render": ("files",), "replay": ("files",)}
 """Parameters that a command can do without only for built-in exemplars."""
 
 SMALL = {"grow": ("--size", "26x22"), "weave": ("--size", "28x24", "--method", "repeat"), "extend": ("--right", "5"),
-         "analyze": ("--json",), "score": ("--json",), "export": ("--for", "blender")}  # fmt: skip
+         "analyze": ("--json",), "score": ("--json",), "export": ("--for", "blender"),
+         "tileset": ("--size", "16")}  # fmt: skip
 """What keeps the work of a sound line short."""
 
 BESIDE = {

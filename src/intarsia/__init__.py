@@ -57,6 +57,7 @@ _NAMES = {
     "tasks.report": "report",
     "tasks.scoring": "score",
     "tasks.tileable": "tile",
+    "tasks.tileset": "TileSet tileset",
     "tasks.precompile": "warm",
 }
 """Module -> its public names; __init__.pyi repeats them for type checkers."""

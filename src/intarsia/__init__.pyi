@@ -58,6 +58,8 @@ from .tasks.repair import repair as repair
 from .tasks.report import report as report
 from .tasks.scoring import score as score
 from .tasks.tileable import tile as tile
+from .tasks.tileset import TileSet as TileSet
+from .tasks.tileset import tileset as tileset
 
 __version__: str
 __all__: list[str]

@@ -196,7 +196,7 @@ VALID = {option: values for together, values in VALID.items() for option in toge
 
 LATER = {("heal", "patch", "1_000"): 0, ("heal", "overlap", "1_000"): 0, ("heal", "grow", "1_000"): 3}
 """Holes are looked at one by one, with patches of their own; a hole that is grown over all is a wrong mask."""
-UNPLANNED = "render", "replay", "analyze", "score", "maps", "export"
+UNPLANNED = "render", "replay", "analyze", "score", "maps", "export", "tileset"
 LATER |= {(c, "max_pixels", few): 3 for c in [*DRY, *UNPLANNED] for few in ("1", "\u0663")}
 LATER |= {("render", "magnify", "\u0663"): 3, ("tile", "size", "1"): 3}
 LATER |= {("weave", "channel_weights", value): 2 for value in ("1", "1.5", "\u0663", "1_000")}

@@ -42,6 +42,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "render": {"saved": "m.npz", "out": "o.png"},
     "replay": {"picture": "p.png", "out": "o.png"},
     "score": {"output": "g.png"},
+    "tileset": {"out": "tiles"},
 }
 """What a verb cannot do without, beside its exemplars."""
 

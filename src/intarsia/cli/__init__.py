@@ -150,6 +150,7 @@ COMMANDS = {
     "extend": "Continue a picture beyond its borders.",
     "heal": "Fill holes, remove objects, recover lost blocks.",
     "tile": "Make a photograph or a material tileable: only a band along its borders changes.",
+    "tileset": "Make 16 or 81 tiles that fit where their corners agree, for fields without end.",
     "weave": "Stream a texture of any size into zarr (resumes), BigTIFF or tiles.",
     "render": "Draw a saved map again: other planes, softer, harder, a window.",
     "replay": "Make a picture again from the recipe it carries.",

@@ -225,14 +225,20 @@ def files_of(stem: str, exemplar: Exemplar) -> dict[str, Plane]:
 
 
 def write_sets(request: Request, report: Report, made: Callable[[Exemplar, PlaneFiles], Any]) -> None:
-    """Write all that is made of the sets of a request, or nothing; `made` returns planes by path, and lines to tell."""
+    """Write all that is made of the sets of a request, or nothing.
+
+    `made` returns pictures and texts by path, and lines to tell.
+    """
     written, told = set[str](), list[str]()
     with Staging(request.force, making=True) as staging:
         for found in sets_of(request, report):
             pictures, lines = made(Inputs([found], request, report).exemplars[0], found)
             check_all(pictures, request.force, written, making=True)
-            for path, plane in pictures.items():
-                files.write(staging.place(path), plane)
+            for path, held in pictures.items():
+                if isinstance(held, str):
+                    files.write_bytes(staging.place(path), held.encode())
+                else:
+                    files.write(staging.place(path), held)
             told += lines
         staging.commit()
     for line in [", ".join(sorted(written)), *told]:

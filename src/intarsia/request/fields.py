@@ -50,10 +50,10 @@ PICTURE_VERBS = frozenset({"extend", "heal", "tile"})
 PLANNED = PICTURE_VERBS | {"grow", "paint"}
 """Verbs that make one picture, or many, in memory."""
 
-EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score"}
+EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score", "tileset"}
 DRAWN = PLANNED | {"render", "replay"}
-SETS = frozenset({"maps", "export"})
-"""Verbs that write sets of planes without growing them."""
+SETS = frozenset({"maps", "export", "tileset"})
+"""Verbs that write several files into a folder."""
 
 READ = EVERY | SETS
 METHOD_VERBS = PLANNED | {"weave"}
@@ -156,6 +156,10 @@ class Options:
         one_of(*ENGINES), "--for", "The engine that reads it. It decides names, the green axis of normals, and what "
         "is packed.", "export", "required",
     )  # fmt: skip
+    tiles: str = option(
+        one_of("16", "81"), "--tiles", "How many. Their corners have two or three colours.", "tileset", "tells_default",
+        "16",
+    )  # fmt: skip
     strength: float = option(
         Number(low=-STRENGTHS, high=STRENGTHS), "--strength", "How steep the normals are. Below 0 what lay deep "
         "stands out.", "maps", "tells_default", 1.0,
@@ -178,7 +182,7 @@ class Options:
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "export": {"required": True, "help": "The folder to write into."},
+            **{verb: {"required": True, "help": "The folder to write into."} for verb in ("export", "tileset")},
             "maps": {
                 "required": True, "help": "A folder, or how names begin. What ends in / is a folder; {stem} is filled.",
             },
@@ -189,8 +193,10 @@ class Options:
     )  # fmt: skip
     size: tuple[int, int] | None = option(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
-        "grow tile weave", recipe="size",
+        "grow tile weave tileset", recipe="size",
         otherwise={
+            "tileset": "Of a tile in px; one number is a square. Default: about 256, or three elements if these are "
+                "larger; whole periods or courses.",
             "tile": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
                 "courses close.",
             "weave": {
@@ -266,7 +272,7 @@ class Options:
         "grow extend", "without_effect",
     )  # fmt: skip
     seed: int | None = option(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", METHOD_VERBS,
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", METHOD_VERBS | {"tileset"},
         recipe="seed",
     )  # fmt: skip
     document: str | None = option(

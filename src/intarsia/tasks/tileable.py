@@ -131,7 +131,7 @@ def scene_to_tile(
     sides = [n for n, closed in zip((height, width), axes.closed, strict=True) if closed]
     if min(sides) < LEAST_SIDE:
         raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
-    unit = _unit(picture)
+    unit = unit_of(picture)
     most = min(sides) * (STAYS - 1) // STAYS
     if band is None:
         wanted = min(ELEMENTS * element_patch([_seen(picture)]), WIDEST * min(sides))
@@ -165,9 +165,9 @@ def periodic_size(picture: Exemplar, axes: Wrap) -> Pair:
     facts = Facts([seen], Canvas(height, width, axes))
     found = facts.lattice
     if found is None or found.verdict != "sure":
-        return _whole_courses(facts, whole, axes, _unit(picture))
+        return _whole_courses(facts, whole, axes, unit_of(picture))
     down, across = (
-        closed and closing_length(found.vectors, side, axis, _unit(picture))
+        closed and closing_length(found.vectors, side, axis, unit_of(picture))
         for axis, (side, closed) in enumerate(zip(whole, axes.closed, strict=True))
     )
     return down or height, across or width
@@ -199,7 +199,7 @@ def _continues(picture: Exemplar, axes: Wrap) -> bool:
 def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
     """Return top, left, height and width of the middle crop, aligned to the pixels of the smallest plane."""
     height, width = size
-    unit, described = _unit(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
+    unit, described = unit_of(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
     if not (0 < height <= picture.height and 0 < width <= picture.width):
         asked = f"size={called(width)}x{called(height)}"
         raise ParameterError(f"{asked} cannot be cut out of {described}; give at most that.")
@@ -209,7 +209,7 @@ def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
     return top, left, height, width
 
 
-def _unit(picture: Exemplar) -> int:
+def unit_of(picture: Exemplar) -> int:
     """Return how many px of the base one px of the smallest plane covers along an axis."""
     return max(1, *(picture.width // max(p.width, 1) for p in picture.planes.values()))
 
