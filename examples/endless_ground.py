@@ -10,17 +10,20 @@ from pathlib import Path
 
 import intarsia as ia
 
+PLACE = 1_000_000, -250_000  # row and column, far out
 
-def main(row: int = 1_000_000, column: int = -250_000, folder: Path = Path("demo")) -> list[Path]:
-    """Make the tiles, and write them and what is in sight at a place: six by eight tiles."""
+
+def main(size: int = 96, folder: Path = Path("demo"), place: tuple[int, int] = PLACE) -> list[Path]:
+    """Make tiles of `size` px, and write them and what is in sight at a place: six by eight tiles."""
     folder.mkdir(exist_ok=True)
-    tiles = ia.tileset("sample:pebbles", 16, size=96, seed=1)
-    seen = tiles.laid(tiles.rule.field(6, 8, first=(row, column)))
-    written = [folder / "pebbles_tiles.png", folder / f"pebbles_at_{row}_{column}.png"]
+    tiles = ia.tileset("sample:pebbles", 16, size=size, seed=1)
+    seen = tiles.laid(tiles.rule.field(6, 8, first=place))
+    written = [folder / "pebbles_tiles.png", folder / f"pebbles_at_{place[0]}_{place[1]}.png"]
     for path, picture in zip(written, (tiles.render(), seen), strict=True):
         ia.write(path, picture, force=True)
     return written
 
 
 if __name__ == "__main__":
-    print(*main(*(int(a) for a in sys.argv[1:])), sep="\n")
+    row, column = map(int, sys.argv[1:3]) if len(sys.argv) > 2 else PLACE
+    print(*main(place=(row, column)), sep="\n")

@@ -256,7 +256,7 @@ class TestAsked:
         pixels = picture("brick_colours")
         e, gray = Exemplar.of(pixels), np.ascontiguousarray(np.asarray(pixels)[:, :, 0])
         for kind, rule, slug in (
-            (ia.Kind.DATA, "transfer", "parallel-controllable"), (ia.Kind.LABEL, "guided", "image-quilting")
+            (ia.Kind.DATA, "transfer", "parallel-controllable"), (ia.Kind.LABEL, "guided", "graphcut")
         ):  # fmt: skip
             beside = ia.Plane(gray // 128 if kind is ia.Kind.LABEL else gray, kind)
             found = choice_of(e, ia.Canvas(e.height, e.width, guide=ia.Guide(beside, beside)))

@@ -51,7 +51,7 @@ def test_paint_is_what_the_library_makes() -> None:
     marks = regions(70, 60)
     # Labels are numbered by colour: blue comes before red.
     guide = ia.Guide(*(ia.Plane(1 - m, ia.Kind.LABEL) for m in (marks, disc(64))))
-    out = ia.synthesize(ia.read("e.png"), None, ia.ImageQuilting(patch=14, overlap=4), seed=4, guide=guide)
+    out = ia.synthesize(ia.read("e.png"), None, ia.Graphcut(patch=14, overlap=4), seed=4, guide=guide)
     assert np.array_equal(files.read_plane("out.png").pixels, out.render().pixels)
     recipe = files.read_recipe("out.png")
     assert recipe is not None

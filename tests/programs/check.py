@@ -64,6 +64,11 @@ class Place:
         mounts += [f"mkdir -p {root}{HOME}", f"mount --bind {shlex.quote(str(HOME))} {root}{shlex.quote(str(HOME))}"]
         return " && ".join([*mounts, f"exec chroot {root} {shlex.join(words)}"])
 
+    def take(self, name: str) -> None:
+        """Copy a file of this system into the root."""
+        if self.root is not None and Path("/", name).exists():
+            shutil.copy(Path("/", name), self.root / name)
+
     def install(self, *packages: str) -> None:
         """Install packages of Debian, if they are not there."""
         if self.run("dpkg-query", "--show", *packages, check=False):
@@ -83,18 +88,16 @@ def debian() -> Place:
         shutil.rmtree(root, ignore_errors=True)
         root.parent.mkdir(parents=True, exist_ok=True)
         Place(None).run("debootstrap", "--variant=minbase", RELEASE, str(root), MIRROR)
-        for name in ("etc/resolv.conf", "etc/ssl/certs/ca-certificates.crt"):
-            if Path("/", name).exists():
-                (root / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(Path("/", name), root / name)
     place = Place(root)
+    place.take("etc/resolv.conf")
     place.run("apt-get", "--quiet", "update")
+    place.install(*NEEDED)
+    place.take("etc/ssl/certs/ca-certificates.crt")  # what this system trusts, which may be more than Debian does
     return place
 
 
 def command_in(place: Place) -> str:
     """Return the path of a command `intarsia` of this checkout that runs in a place, with all compiled."""
-    place.install(*NEEDED)
     home = BUILD / "intarsia"
     if not (home / "bin/intarsia").exists():
         place.run("python3", "-m", "venv", "--clear", str(home))

@@ -127,8 +127,9 @@ RULES: tuple[ChoiceRule, ...] = (
         _nothing, lambda f: ("Pixels that follow the tones of the picture, closer than patches can.",),
     ),
     ChoiceRule(
-        "guided", "image-quilting", "a guide says what is where",
-        lambda f: f.canvas.guide is not None, _nothing, lambda f: ("Patches that follow what was painted.",),
+        "guided", "graphcut", "a guide says what is where",
+        lambda f: f.canvas.guide is not None, _nothing,
+        lambda f: ("Patches of free shape that follow what was painted.",),
     ),
     ChoiceRule(
         "several", "image-quilting", "more than one exemplar",
