@@ -111,6 +111,8 @@ def parameter(name: str, field: str) -> click.Parameter:
 
 @cache
 def names_a_file(p: click.Parameter) -> bool:
+    if p.name == "called":  # what others name
+        return False
     kinds = p.type.types if isinstance(p.type, click.Tuple) else [p.type]
     return any(isinstance(k, click.Path | click.File) for k in kinds) or "FILE" in (p.make_metavar(CONTEXT) or "")
 
@@ -118,8 +120,8 @@ def names_a_file(p: click.Parameter) -> bool:
 CONTEXT = click.Context(click.Command("intarsia"))
 
 
-STAYS = ("studio",)
-"""Commands that serve until they are stopped; tests/studio gives them files."""
+STAYS = ("studio", "install-plugin")
+"""Commands that serve until they are stopped, or copy; tests/studio and tests/plugins give them files."""
 
 
 @cache

@@ -342,7 +342,7 @@ def test_every_command_is_covered() -> None:
     """A command that reads files has a role for each, and one that writes is tried with every bad place."""
     for command in COMMANDS:
         assert set(roles.file_parameters(command)) <= set(roles.SOUND) | set(roles.WRITTEN)
-    assert set(COMMANDS) - set(roles.READERS) == {"methods", "warm-up", *roles.STAYS}
+    assert set(COMMANDS) - set(roles.READERS) == {"methods", "warm-up", "where", *roles.STAYS}
 
 
 def test_neither_home_nor_utf_8_is_needed(place: Place) -> None:

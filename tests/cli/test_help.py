@@ -85,7 +85,7 @@ class TestShort:
     def test_every_option_stands_in_one_group(self, name: str) -> None:
         own = {str(o.name) for o in options(name) if not isinstance(o, ParameterOption)}
         assert own == {f.name for f in FIELDS if name in f.verbs and f.of(name).flags}
-        usual = [f.name for f in FIELDS if not f.rare]
+        usual = [f.name for f in FIELDS if not f.rare or (name in f.verbs and f.of(name).required)]
         expected = {f for f in usual if f in own} | {f for f in MOST_USED if f in {o.name for o in options(name)}}
         by_name = {first(o): str(o.name) for o in options(name)}
         assert {by_name[word] for word in shown(told(name, "--help"))} == expected

@@ -138,6 +138,38 @@ def test_a_grown_set_keeps_its_green_down(tmp_path: Path) -> None:
     assert np.array_equal(made[..., 1], 255 - own[..., 1])
 
 
+@pytest.mark.parametrize("verb", ["grow", "tile"])
+@pytest.mark.parametrize("engine", ["unreal", "unity", "gltf"])
+def test_what_is_grown_for_an_engine_is_what_export_makes_of_what_is_grown(
+    verb: str, engine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, plane in ia.Exemplar.of({n: WHOLE[n] for n in ("albedo", "normal", "roughness")}).planes.items():
+        ia.write(f"s_{name}.png", plane)
+    words = [verb, "s_albedo.png", "s_normal.png", "s_roughness.png", "--seed", 2]
+    words += ["--size", 50, "--method", "image-quilting", "--patch", 10] if verb == "grow" else ["--band", 8]
+    plain = told(*words, "-o", "wall.png")
+    files = [file["path"] for file in plain["files"]]
+    told("export", *files, "--for", engine, "-o", "plain/")
+    Path("out").mkdir()
+    at_once = told(*words, "-o", "out/wall.png", "--for", engine)
+    made = sorted(p.name for p in Path("plain").iterdir())
+    assert sorted(p.name for p in Path("out").iterdir()) == made
+    assert sorted(file["path"] for file in at_once["files"]) == [f"out/{name}" for name in made]
+    assert {file["holds"] for file in at_once["files"]} == {"export"}
+    for name in made:
+        assert np.array_equal(ia.read(f"out/{name}").base.pixels, ia.read(f"plain/{name}").base.pixels), name
+    assert at_once["told"]
+    run(*words, "-o", "out/wall.png", "--for", engine, code=2)  # they exist
+    assert "several" in run("grow", "s_albedo.png", "-o", "-", "--for", engine, code=2).stderr
+
+
+def test_a_built_in_set_is_grown_into_a_folder_for_an_engine(tmp_path: Path) -> None:
+    told("grow", "sample:setts", "-o", f"{tmp_path}/", "--for", "unreal", "--size", 96, "--method", "repeat")
+    names = {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*.png")}
+    assert names == {f"T_setts_{word}.png" for word in ("BC", "N", "ORM", "H")}
+
+
 def test_nothing_half_is_written(tmp_path: Path) -> None:
     ia.write(tmp_path / "stone_albedo.png", ALBEDO)
     ia.write(tmp_path / "stone_normal.png", noise(3) // 8 + 224)

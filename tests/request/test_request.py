@@ -56,7 +56,7 @@ VALUES = {
     "named": ("total", 0.5), "float": 1.5, "exemplar": "b.png", "image": "i.png",
 }  # fmt: skip
 NAMED = {
-    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "page": "r.html",
+    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "page": "r.html", "called": ("a.png", "Bark"),
     "many": (1, 2, 3, 9), "origin": (-7, 12), "packed": "R=ao,G=roughness",
     "sheet": "s.png", "dask": "local",
 }  # fmt: skip

@@ -194,8 +194,7 @@ class Batch:
 
             self.thumbnails.append(drawings.thumbnail(first, drawings.THUMBNAIL))
         with Staging(request.force, bool(self.materials)) as staging:
-            for name, path in order.pictures.items():
-                picture = first if name == base else drawn(name)
+            for path, picture in self._written(order, lambda name: first if name == base else drawn(name), about):
                 write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
             _write_more(order, grown, staging, found)
             staging.commit()
@@ -205,6 +204,16 @@ class Batch:
         self.report.warn(*order.warnings)
         self.report.note(f"{order.line(about['method'])}, {seconds:.1f} s")
         explain(self.report, about, order.warnings)
+
+    def _written(self, order: Output, draw: Callable[[str], Plane], about: Json) -> Iterator[tuple[str, Plane]]:
+        """Yield the pictures of an output by file, or what its engine reads of them, which `about` then tells."""
+        if not order.exported:
+            yield from ((path, draw(name)) for name, path in order.pictures.items())
+            return
+        made, about["told"] = order.for_engine({name: draw(name) for name in order.pictures})
+        yield from made.items()
+        for line in about["told"]:
+            self.report.note(line)
 
     def _write_sheet(self) -> Json:
         """Write the contact sheet of all outputs, if one is asked for; return its name."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os.path import commonpath, dirname, isdir, join, realpath
 from pathlib import Path
@@ -13,15 +13,15 @@ import numpy as np
 from .. import files
 from ..disk import peak_memory
 from ..files import check_depth, format_of, recipe_path
-from ..files.formats import split_layer
-from ..files.material_sets import Material, marks_of
+from ..files.formats import LAYER, split_layer
+from ..files.material_sets import Material, marks_of, name_of
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..methods import Method, recipe_settings, traits
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.image import dtype_of
+from ..model.image import Plane, dtype_of
 from ..rendering.render import check_alike, check_drawable
 from ..request import Json, Request
 from ..request.fields import OUTPUT_SUFFIX
@@ -72,11 +72,21 @@ class Output:
     seed: int
     pictures: PlaneFiles  # plane -> file
     beside: PlaneFiles  # what else is written, of `KEPT` -> file
+    exported: tuple[str, ...] = ()  # files of an engine, in place of the pictures
 
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files, and what each holds."""
-        return [(path, what) for found in (self.pictures, self.beside) for what, path in found.items()]
+        own = [(path, "export") for path in self.exported] or [(path, name) for name, path in self.pictures.items()]
+        return own + [(path, what) for what, path in self.beside.items()]
+
+    def for_engine(self, planes: Mapping[str, Plane]) -> tuple[dict[str, Plane], list[str]]:
+        """Return what the engine reads of these planes, by file, and lines on it; it is called after the base."""
+        from ..materials.engines import for_engine
+
+        base = next(iter(self.pictures.values()))
+        made, told = for_engine(Exemplar(planes, name=name_of(base)[0]), str(self.shelf.request.engine))
+        return {join(dirname(base), name): plane for name, plane in made.items()}, told
 
     @property
     def cut_from(self) -> Pair | None:
@@ -136,13 +146,19 @@ def materials_of(request: Request, report: Report) -> list[Material]:
     folders = [path for path in request.files if isdir(path)]
     found = [m for path in folders for m in files.materials(path, request.how)]
     for one in grouped(tuple(path for path in request.files if path not in folders), request.how):
-        found.append(Material(stem_of(one), "", [*one.values()]))
+        whole = {_file_of(path) for path in one.values()}
+        found.append(Material(stem_of(one), "", [*(whole if len(whole) == 1 else one.values())]))
     report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
     used = {os.fspath(path) for material in found for path in material.files}
     every = [os.fspath(f) for p in folders for m in files.materials(p, "several") for f in m.files]
     if left := [printable(path) for path in every if path not in used]:
         report.note(f"left out, as other files there say which plane they are: {', '.join(left)}")
     return found
+
+
+def _file_of(path: str) -> str:
+    """Return the file of a plane, or the built-in set, without the layer that it is in."""
+    return path.partition(LAYER)[0] if path.startswith("sample:") else os.fspath(split_layer(path)[0])
 
 
 def check_folder(out: str, sources: tuple[str, ...]) -> None:
@@ -204,7 +220,13 @@ def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Outp
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
         beside = {what: filled_name(path, fields) for what, path in asked.items() if path is not None}
-        orders.append(Output(shelf, seed, pictures, beside))
+        order = Output(shelf, seed, pictures, beside)
+        if request.engine is not None:
+            if request.out == "-":
+                raise ParameterError("-o - holds one picture, and --for writes several; name a folder.")
+            planes = {name: plane for name in pictures if (plane := exemplars[0].picture(name)) is not None}
+            order = replace(order, exported=tuple(order.for_engine(planes)[0]))
+        orders.append(order)
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
@@ -222,9 +244,10 @@ def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fiel
         """Return the name of a plane: that of its own file in a folder, else of the exemplar and what was done."""
         if not request.folder:
             return usual if plane == next(iter(found)) else f"{usual}_{plane}{marks_of(found[plane])}"
-        file, layer = split_layer(found[plane])
+        file = _file_of(found[plane])
         alone = sum(exemplar.picture(name) is not None for name in found) == 1
-        own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")
+        layer = f"_{plane}" * (file != found[plane])
+        own = stem_of(found) if alone else Path(file).stem.removeprefix("sample:") + layer
         return join(filled_name(request.folder, fields), own)
 
     return {

@@ -228,8 +228,8 @@ class HelpfulCommand(click.Command):
         of_methods = [n for n, o in options.items() if isinstance(o, ParameterOption)]
         sections = []
         for heading in HEADINGS:
-            names = [f.name for f in FIELDS if f.heading == heading and (whole or not f.rare)]
-            named = [n for n in names if n in options and n not in of_methods]
+            fields = [f for f in FIELDS if f.heading == heading and f.name in options and f.name not in of_methods]
+            named = [f.name for f in fields if whole or not f.rare or options[f.name].required]
             if "method" in named and not whole:
                 named[1:1] = [n for n in MOST_USED if n in of_methods]
             sections.append((heading, [_row(ctx, options[n], whole) for n in named]))

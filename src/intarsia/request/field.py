@@ -252,7 +252,7 @@ class NamedFile(Kind):
 class Called(Kind):
     """FILE=NAME; gives the pair. The name is what a person reads."""
 
-    name, shown, between = "named", "FILE=NAME", "="
+    name, shown, between = "call", "FILE=NAME", "="
 
     def read(self, text: str) -> Any:
         path, _, name = text.partition("=")

@@ -154,7 +154,14 @@ class Options:
     )  # fmt: skip
     engine: str | None = option(
         one_of(*ENGINES), "--for", "The engine that reads it. It decides names, the green axis of normals, and what "
-        "is packed.", "export", "required",
+        "is packed.", "export grow tile", "rare local without_effect",
+        otherwise={
+            "export": {"required": True},
+            **dict.fromkeys(
+                ("grow", "tile"),
+                "Write the set as this engine reads it. In the folder of OUT, called after it; see export.",
+            ),
+        },
     )  # fmt: skip
     tiles: str = option(
         one_of("16", "81"), "--tiles", "How many. Their corners have two or three colours.", "tileset", "tells_default",
