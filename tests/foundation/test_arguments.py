@@ -62,6 +62,7 @@ GIVEN: dict[str, tuple[Callable[..., object], dict[str, Any], str]] = {
     "tile": (ia.tile, {"image": SMALL, "method": SIDE}, "axes band size sources seed run"),
     "warm": (lambda methods="repeat", **v: ia.warm(methods, **v), {}, "methods run"),
     "weave": (ia.weave, {"exemplar": SMALL, "method": ia.Repeat()}, "seed blend"),
+    "tileset": (ia.tileset, {"image": SMALL, "tiles": 16}, "size seed run"),
     "Weave.to_tiff": (lambda **v: weave().to_tiff(**v), {"path": "o.tif", "shape": 32}, "origin tile dask run"),
     "advect": (ia.advect, {"made": made, "flow": FLOW}, "frame coarsest method run"),
     "repair": (ia.repair, {"made": made}, "passes run"),
@@ -118,7 +119,8 @@ LEFT_OUT = {
     f"{name} {argument}"
     for name, arguments in {
         "synthesize": "size start guide blend run", "extend": "margins blend run", "heal": "grow run",
-        "tile": "band size run", "weave": "blend", "warm": "run", "Weave.to_tiff": "tile dask run",
+        "tile": "band size run", "tileset": "size run", "weave": "blend", "warm": "run",
+        "Weave.to_tiff": "tile dask run",
         "advect": "frame method run", "repair": "run", "read": "mask", "write": "depth recipe",
         "Synthesis.render": "plane feather finish box run", "Canvas": "start guide rim", "Exemplar": "usable",
         "Exemplar.of": "usable toroidal name", "Run": "threads step cancel", "SourceMap": "which",
@@ -169,7 +171,7 @@ def test_a_wrong_argument_is_refused_in_one_line(call: str, tmp_path: Path, monk
 
 def test_every_function_is_in_the_table() -> None:
     """And every class whose arguments are the caller's; names of words, errors and results need no line."""
-    results = {"Analysis", "Box", "Score", "Synthesis", "Weave", "Kind", "Mixing", "Wrap"}
+    results = {"Analysis", "Box", "Score", "Synthesis", "TileSet", "Weave", "Kind", "Mixing", "Wrap"}
     calls = {call.split()[0].split(".")[0] for call in CALLS}
     errors = {n for n in ia.__all__ if isinstance(getattr(ia, n), type) and issubclass(getattr(ia, n), Exception)}
     bare = {n for n in METHODS if not parameters(getattr(ia, n))}

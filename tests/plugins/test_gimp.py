@@ -29,6 +29,8 @@ def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
     monkeypatch.syspath_prepend(SOURCE)
     for name in ("gi", "gi.repository"):
         monkeypatch.setitem(sys.modules, name, MagicMock())
+    for name in ("pictures", "procedures"):
+        monkeypatch.delitem(sys.modules, name, raising=False)  # tests have some of these names, too
     pictures, procedures = (importlib.import_module(name) for name in ("pictures", "procedures"))
     yield SimpleNamespace(pictures=pictures, procedures=procedures, entries=procedures.PROCEDURES)
     for name in ("pictures", "procedures"):

@@ -218,6 +218,7 @@ def test_softness_only_draws_again(pieced: Desk) -> None:
     with pieced.page.expect_download() as got:
         pieced.page.get_by_role("link", name="Download", exact=True).click()
     assert got.value.path().read_bytes() == pieced.served.bytes(pieced.served.file(made, made["files"][0]))
+    assert got.value.suggested_filename == "stones_rendered_f12.png"  # other softness, other name
 
 
 def test_softness_goes_by_keys_to_exact_copies_and_back(pieced: Desk) -> None:

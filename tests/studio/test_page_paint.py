@@ -143,7 +143,10 @@ def test_another_picture_is_painted_with(page: Desk) -> None:
     another = page.page.get_by_label("Add a picture")
     offered = another.locator("option")
     assert {"sand"} <= set(offered.all_text_contents()) - {"moss"}
+    hint = page.page.get_by_text("Mark what is what on the left", exact=False)
+    expect(hint).to_be_visible()
     another.select_option(label="sand")
+    expect(hint).to_have_count(0)
     expect(offered.filter(has_text="sand")).to_have_count(0)
     expect(page.page.get_by_role("button", name="Label 2", exact=True)).to_have_attribute("aria-pressed", "true")
     page.page.keyboard.press("Control+z")

@@ -197,12 +197,12 @@ class Studio:
         return _once(path, f"{own}_{engine}.zip")
 
     def called(self, result: Row, name: str) -> str:
-        """Return the name that a file of a result is downloaded under: the given one, or with method and seed."""
+        """Return the name under which a file of a result is downloaded: the given one, or with what they differ by."""
         given = (job.get("name") for job in self.store.all("jobs") if job["result"] == result["id"])
         if own := next(filter(None, given), ""):
             return re.sub(r"\W+", "_", own) + name.removeprefix(Path((result["pictures"] or [name])[0]).stem)
-        method, seed = map(result["options"].get, ("method", "seed"))
-        more = [method, seed and f"s{seed}"]
+        method, seed, feather = map(result["options"].get, ("method", "seed", "feather"))
+        more = [method, seed and f"s{seed}", feather and f"f{feather}"]
         return "_".join([Path(name).stem, *(each for each in more if each and each != AUTO_METHOD)]) + Path(name).suffix
 
     async def report(self, request: Request, result: Row) -> Response:

@@ -17,6 +17,7 @@ others show.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from ..analysis import valid_windows, window_sums, without_patch
 from ..analysis.oriented_energy import CourseLines
 from ..analysis.saliency import saliency_map
 from ..choosing.facts import STEPPED, Facts
-from ..foundation import InputError, ParameterError, called, size_of
+from ..foundation import InputError, ParameterError, called, size_of, whole
 from ..foundation.arrays import Array, Int32, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import UNIT, Wrap
@@ -157,7 +158,9 @@ def tileset(
 
 def planned(exemplar: Exemplar, tiles: int, size: Pair | None, run: Run) -> TilePlan:
     """Return the plan of a set of tiles of (height, width) px; None: the default. Arguments and errors of the task."""
-    if tiles not in tuple(COLOURS):
+    with suppress(ValueError):
+        tiles = whole(tiles)
+    if not isinstance(tiles, int) or tiles not in COLOURS:
         raise ParameterError(f"tiles={called(tiles)} is not allowed; give {' or '.join(map(str, COLOURS))}.")
     colours, unit = COLOURS[tiles], unit_of(exemplar)
     described = f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"

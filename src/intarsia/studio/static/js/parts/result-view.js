@@ -114,8 +114,8 @@ export class ResultView extends Living {
       this.softness.show(job, result);
       this.#judge(job, result);
       this.places.goOn(job, result);
-      const method = job.options.method ? "" : called(result.told?.method ?? "");
-      this.#headline(title(job), facts(method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
+      const method = called(job.options.method ?? result.told?.method ?? "");
+      this.#headline(title(job), facts(title(job).includes(method) ? "" : method, size(...result.size), took(job)), [this.scored, this.#comparing(), ...resultActions(result, plane, this.onward)]);
       return;
     }
     this.result = null;

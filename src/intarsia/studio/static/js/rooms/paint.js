@@ -45,6 +45,7 @@ export class PaintRoom extends Living {
   palette = palette(kit);
   another = el("select", { class: "field", "aria-label": "Add a picture", onchange: () => this.#add(this.another.value) });
   told = el("span", { class: "corner low left", role: "status" });
+  /** @type {Promise<unknown>} when all is there that was painted before */ restored = Promise.resolve();
   #asked = new AbortController();
 
   connectedCallback() {
@@ -86,8 +87,9 @@ export class PaintRoom extends Living {
     if (!painted.has(id)) {
       const begun = { source: new Labels(width, height), target: this.#blank() };
       painted.set(id, begun);
-      await Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
+      this.restored = Promise.all([restore(id, "source", begun.source), restore(id, "target", begun.target)]);
     }
+    await this.restored;
     await tried(async () => {
       const seen = await store.picture(viewOf(exemplar));
       const labels = this.#labels();
@@ -130,7 +132,7 @@ export class PaintRoom extends Living {
   /** Offer the pictures that are open, and a way to open more. */
   #offer() {
     const free = store.exemplars.filter((e) => e.id !== store.exemplar?.id && !others().some(([, id]) => id === e.id));
-    const choices = free.map((e) => el("option", { value: e.id }, e.name));
+    const choices = free.map((e) => el("option", { value: e.id }, e.name, e.planes.length > 1 && " with maps"));
     fill(this.another, el("option", { value: "" }, "Add a picture …"), choices, el("option", { value: "open" }, "Open one first …"));
   }
 
@@ -143,7 +145,7 @@ export class PaintRoom extends Living {
     const taken = [0, ...labels.source.values, ...others().map(([n]) => Number(n))];
     const n = COLOURS.slice(0, LABELS).findIndex((_, each) => !taken.includes(each));
     if (n < 0) return complain(`All ${LABELS} labels are taken.`);
-    const put = (/** @type {string | undefined} */ now) => [kept.set({ others: { ...kept.of(exemplar).others, [n]: now } }, exemplar), this.#offer(), void this.#dip()];
+    const put = (/** @type {string | undefined} */ now) => [kept.set({ others: { ...kept.of(exemplar).others, [n]: now } }, exemplar), this.#offer(), void this.#dip(), void this.#draft()];
     kit.history.add({ labels: null, back: () => put(undefined), again: () => put(id) }, true);
     kit.set({ value: n });
   }
@@ -271,6 +273,7 @@ export class PaintRoom extends Living {
 
   /** Send both label pictures, and ask for what is painted. */
   async grow() {
+    await this.restored;
     const [exemplar, labels] = [store.exemplar, this.#labels()];
     if (!exemplar || !labels || refused(this.panel)) return;
     const [wide, high] = pixelsOf(painting.options);
