@@ -161,6 +161,7 @@ class TestCalling:
         result = calling.run(plugins.own_command(), words, told=lambda *said: told.append(said))
         assert result["size"] == [900, 900]
         assert [f for f, _ in told] == sorted(f for f, _ in told)
+        assert told[0] == (0.0, "Looking at the picture")
         assert any(said.startswith("Growing ") for _, said in told)
 
     def test_a_failure_is_one_line_with_the_persons_names(self, calling: ModuleType, home: Path) -> None:

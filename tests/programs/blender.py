@@ -383,6 +383,7 @@ def saved():
     bpy.ops.wm.open_mainfile(filepath=str(HERE / "made.blend"))
     names = ("stones_grown", "setts_normal_grown", "setts_tiled")
     check("a saved file holds all that was made", all(min(bpy.data.images[name].size) > 0 for name in names))
+    check("and the material that it was made of", "Setts" in bpy.data.materials and "setts.png" in bpy.data.images)
 
 
 def main():

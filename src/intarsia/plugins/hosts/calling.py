@@ -153,6 +153,8 @@ class Call:
         """Return the state in words for a progress bar."""
         if self.stage == "compile":
             return "Compiling, once, about half a minute"
+        if self.stage == "start":
+            return "Looking at the picture"
         left = "" if self.remaining is None or self.remaining < 2 else f", {self.remaining:.0f} s left"
         return f"Growing {100 * self.fraction:.0f} %{left}"
 

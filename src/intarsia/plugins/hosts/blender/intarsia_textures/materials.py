@@ -174,10 +174,11 @@ def copied(material, ending, images):
 
 
 def give(new, old, thing):
-    """Give a material to an object in place of another; one that nobody has is kept all the same."""
+    """Give a material to an object in place of another; one that nobody has then is saved all the same."""
     with suppress(AttributeError, RuntimeError):  # of linked data
         for slot in thing.material_slots if thing is not None else ():
             if slot.material == old:
                 slot.material = new
-    if new.users == 0:
-        new.use_fake_user = True
+    for one in (new, old):
+        if one.users == 0:
+            one.use_fake_user = True

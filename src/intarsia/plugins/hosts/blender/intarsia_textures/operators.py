@@ -71,7 +71,12 @@ class Asking(Running):
         except Trouble as trouble:
             return self._failed(trouble)
         self._asked = True
-        return context.window_manager.invoke_props_dialog(self, width=320, confirm_text="Start")
+        return context.window_manager.invoke_props_dialog(self, width=320, title=self.title, confirm_text="Start")
+
+    @property
+    def title(self):
+        """What stands above the dialog."""
+        return self.bl_label
 
     def draw(self, context):
         """Draw the dialog and the redo panel."""
@@ -204,6 +209,11 @@ class GrowMaterial(Asking, bpy.types.Operator):
     axes: AXES
     keep_size: KEEP_SIZE
     asset: ASSET
+
+    @property
+    def title(self):
+        """What stands above the dialog."""
+        return self.bl_label if self.verb == "grow" else "Make Material Tileable"
 
     @property
     def shown(self):
