@@ -82,7 +82,7 @@ def states(page: Desk) -> Iterator[str]:
     yield "Grow, all unfolded"
     page.page.locator(".pick-head").click()
     page.page.locator(".strip .thumb").last.click()
-    page.page.get_by_role("link", name="Download", exact=True).wait_for()
+    page.page.get_by_role("link", name=re.compile("^Download( this map)?$")).wait_for()
     page.page.get_by_role("button", name=re.compile("score")).click(timeout=60_000)
     shows = page.page.get_by_role("button", name=re.compile("^Show: "))
     shows.first.wait_for()
