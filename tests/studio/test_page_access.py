@@ -109,9 +109,15 @@ def states(page: Desk) -> Iterator[str]:
     page.page.locator(".sheet .caption .number:empty").first.wait_for(state="detached", timeout=120_000)
 
 
+SETTLED = """Promise.all(document.getAnimations().filter(each => each.effect.getTiming().iterations < Infinity)
+  .map(each => each.finished.catch(() => {})))"""
+"""Waits until no colour is on its way to another."""
+
+
 def test_an_audit_finds_nothing_serious(filled: Desk, axe: Any) -> None:
     found = []
     for state in states(filled):
+        filled.page.evaluate(SETTLED)
         for each in axe.run(filled.page).response["violations"]:
             if each["impact"] in SERIOUS:
                 found += [(state, each["id"], node["html"][:150]) for node in each["nodes"]]

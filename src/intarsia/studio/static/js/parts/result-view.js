@@ -122,6 +122,8 @@ export class ResultView extends Living {
     this.origins.of(null);
     this.softness.show(null);
     const number = job && busy(job) ? store.previews.get(job.id) : undefined;
+    const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
+    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(called(job.options.method ?? ""), seed, size(...wantedSize(job))), []);
     if (job) this.looks.show(null);
     if (job && number !== undefined) {
       const preview = await store.picture(`/api/jobs/${job.id}/preview.png?number=${number}`);
@@ -140,10 +142,7 @@ export class ResultView extends Living {
       const down = exemplar.planes.some((each) => each.normals === "dx");
       this.looks.show({ id: exemplar.id, result: null, planes, at, down });
     }
-    if (!still()) return;
-    const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
-    if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(called(job.options.method ?? ""), seed, size(...wantedSize(job))), []);
-    else this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
+    if (!job && still()) this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 
   /** @param {string} id of a job @param {number} number @param {ImageBitmap} preview */
