@@ -155,6 +155,8 @@ def test_another_picture_is_painted_with(page: Desk) -> None:
     brush(page, 60)
     page.stroke((60, 45), number=1)
     page.until(lambda: looks(page)[45, 60, 0] > 180)  # it looks like sand
+    moss_id = next(row["id"] for row in page.served.get("/api/exemplars") if row["name"] == "moss")
+    page.until(lambda: "target" in page.served.get("/api/kept").get(moss_id, {}).get("marks", {}))
     page.page.reload()
     expect(offered.filter(has_text="sand")).to_have_count(0)
     page.button("Grow").click()
