@@ -201,7 +201,7 @@ BUDGET = {
     "seams": 18_490,
     "search": 12_574,
     "segments": 4_709,
-    "studio": 27_565,
+    "studio": 27_537,
     "tasks": 16_871,
     "testing": 4_852,
 }

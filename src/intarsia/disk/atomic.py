@@ -179,7 +179,7 @@ def is_left_over(path: PathLike) -> bool:
     except OSError:
         return False
     ordinary = stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)
-    return ordinary and state.st_uid == os.getuid() and not _lives(int(match[3]))
+    return ordinary and state.st_uid == os.getuid() and not lives(int(match[3]))
 
 
 def displayed_name(path: PathLike, name: PathLike | None = None) -> str:
@@ -198,7 +198,8 @@ def forget_name(path: PathLike) -> None:
     _asked.pop(os.fspath(path), None)
 
 
-def _lives(pid: int) -> bool:
+def lives(pid: int) -> bool:
+    """Return whether a process runs; only where signals can be sent."""
     try:
         os.kill(pid, 0)
     except OSError as e:  # otherwise it is another user's

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from ..disk import atomic
 from ..plugins import CONTRACT
 from ..version import VERSION
 
@@ -32,7 +33,8 @@ def announced(address: str, token: str, folder: str) -> Iterator[None]:
     with suppress(OSError):  # without such a folder nobody looks there
         place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         for other in place.parent.glob("studio-*.json"):
-            if not _lives(other.stem.partition("-")[2]):
+            pid = other.stem.partition("-")[2]
+            if os.name != "nt" and pid.isdigit() and not atomic.lives(int(pid)):
                 other.unlink(missing_ok=True)
         place.unlink(missing_ok=True)
         number = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -43,14 +45,3 @@ def announced(address: str, token: str, folder: str) -> Iterator[None]:
     finally:
         with suppress(OSError):
             place.unlink(missing_ok=True)
-
-
-def _lives(pid: str) -> bool:
-    """Return whether a process runs, where that can be asked."""
-    if not pid.isdigit() or os.name == "nt":
-        return True
-    try:
-        os.kill(int(pid), 0)
-    except OSError as e:  # otherwise it is another user's
-        return not isinstance(e, ProcessLookupError)
-    return True
